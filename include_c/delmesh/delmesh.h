@@ -1,0 +1,446 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * delmesh.h: the C interface of libdelmesh, which turns any triangle or polygon mesh into a Delaunay mesh and hands it back.
+ * This is the library's only ABI. C99, no macros needed to call it, no variadic functions, no inline functions.
+ *
+ * In one minute
+ *     delmesh_context_create(NULL, &ctx);
+ *     delmesh_mesh_desc desc;  delmesh_mesh_desc_init(&desc, sizeof desc);
+ *     desc.positions = ...;  desc.corner_verts = ...;
+ *     delmesh_mesh_create(ctx, &desc, &in);
+ *     delmesh_remesh(ctx, in, NULL, &out, NULL);          -> a new mesh; `in` is never changed
+ *     delmesh_mesh_read(out, DELMESH_POSITION, &my_array);
+ *     delmesh_mesh_destroy(out);  delmesh_mesh_destroy(in);  delmesh_context_destroy(ctx);
+ *
+ * Rules that hold for every function
+ *  - Errors. Fallible functions return an int32_t status: DELMESH_OK is 0, errors are negative and their numbers are fixed for
+ *    ever. delmesh_last_error(ctx) then holds one sentence that names the argument and the index. After a failure or a cancel
+ *    the handle written through an `out` argument is NULL and everything the caller owns is as it was. Nothing prints, aborts,
+ *    throws across this boundary, or leaves a changed floating-point environment behind.
+ *  - Ownership. The caller owns what it passes in; the library copies what it needs before the call returns. Handles belong to
+ *    the caller and go to their _destroy function, which accepts NULL. Meshes may outlive the context they were made with.
+ *  - Threads. A context is used by one thread at a time; different contexts are independent. Meshes never change once made: any
+ *    thread may read them. Callbacks run only on the thread that made the call. delmesh_cancel is the one function that may be
+ *    called for a context another thread is using.
+ *  - Structs. Options and reports start with `struct_size`. Fill options with their _init function (it sets the defaults and the
+ *    size), set struct_size of a report to sizeof(the struct) before the call (its _init does). Structs only ever grow at the
+ *    end; a caller built against an older or a newer header keeps working: the common part is used, and a newer caller that sets
+ *    an option which the library does not know gets DELMESH_ERROR_UNSUPPORTED instead of being ignored.
+ *  - Indices count from 0. Lengths are in the units of the positions, angles in degrees.
+ *  - Same input, same bytes out: over runs, thread counts and compilers.
+ *
+ * Status of the interface: version 0, everything here may still change before 1.0 (CHANGELOG.md says what did).
+ */
+#ifndef DELMESH_H
+#define DELMESH_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(DELMESH_STATIC)
+#define DELMESH_API
+#elif defined(_WIN32)
+#ifdef DELMESH_BUILD
+#define DELMESH_API __declspec(dllexport)
+#else
+#define DELMESH_API __declspec(dllimport)
+#endif
+#else
+#define DELMESH_API __attribute__((visibility("default")))
+#endif
+
+#define DELMESH_VERSION_MAJOR 0
+#define DELMESH_VERSION_MINOR 1
+#define DELMESH_VERSION_PATCH 0
+/* Grows when a function or a struct changes in a way that an older caller cannot survive. */
+#define DELMESH_ABI_VERSION 1
+
+/* ---- Handles, statuses, constants ----------------------------------------------------------------------------------------- */
+
+typedef struct delmesh_context delmesh_context;
+typedef struct delmesh_mesh delmesh_mesh;
+
+enum {
+    DELMESH_OK = 0,
+    DELMESH_ERROR_INVALID_ARGUMENT = -1,   /* a pointer, enum value, number or view is not what the function takes */
+    DELMESH_ERROR_OUT_OF_MEMORY = -2,      /* the allocator returned NULL */
+    DELMESH_ERROR_MEMORY_LIMIT = -3,       /* the context's memory_limit would be exceeded */
+    DELMESH_ERROR_ALLOCATION_LIMIT = -4,   /* the context's allocation_limit was reached */
+    DELMESH_ERROR_CANCELLED = -5,          /* by delmesh_cancel or by the progress callback */
+    DELMESH_ERROR_INDEX_OUT_OF_RANGE = -6, /* a corner, offset or marked edge refers to something that is not there */
+    DELMESH_ERROR_TOO_LARGE = -7,          /* more than 2^31 - 1 corners or vertices, now or in the result */
+    DELMESH_ERROR_NO_SURFACE = -8,         /* no face has any area at the output precision: there is nothing to remesh */
+    DELMESH_ERROR_NON_ORIENTABLE = -9,     /* a component is one-sided, like a Moebius strip */
+    DELMESH_ERROR_STRICT = -10,            /* the input needs a repair, and `strict` forbids repairs */
+    DELMESH_ERROR_VERTEX_LIMIT = -11,      /* max_vertices was reached before the mesh was Delaunay */
+    DELMESH_ERROR_PRECISION = -12,         /* the output precision cannot hold a Delaunay mesh here; the sentence names the face */
+    DELMESH_ERROR_UNSUPPORTED = -13,       /* an option of a newer header is set that this library does not know */
+    DELMESH_ERROR_BUSY = -14,              /* the context is in use by another thread, or by the callback's own caller */
+    DELMESH_ERROR_INTERNAL = -15           /* a defect of the library: please report it with the sentence */
+};
+
+/* Types of the numbers behind a view. */
+enum {
+    DELMESH_FLOAT32 = 1,
+    DELMESH_FLOAT64 = 2,
+    DELMESH_INT32 = 3,
+    DELMESH_UINT32 = 4,
+    DELMESH_INT64 = 5,
+    DELMESH_UINT8 = 6
+};
+
+/* What a progress callback returns to go on. ANY other value cancels, so that a binding whose callback raises cancels too. */
+#define DELMESH_CONTINUE 0x600D
+
+/* A strided array that is read. data: first element, aligned for `type`; count: elements; stride: bytes from one element to the
+ * next, 0 = tightly packed; type: DELMESH_FLOAT32...; components: numbers per element, consecutive in memory (3 for a position).
+ * All zero means "not given". 32 bytes, frozen. */
+typedef struct delmesh_view {
+    const void* data;
+    int64_t count;
+    int64_t stride;
+    int32_t type;
+    int32_t components;
+} delmesh_view;
+
+/* The same for an array that is written. */
+typedef struct delmesh_view_mut {
+    void* data;
+    int64_t count;
+    int64_t stride;
+    int32_t type;
+    int32_t components;
+} delmesh_view_mut;
+
+/* ---- Context -------------------------------------------------------------------------------------------------------------- */
+
+/* Called on the calling thread, at most about twenty times a second and at the end of each stage. fraction: 0..1 of the whole
+ * call, never falling; stage: a short English name, valid during the callback. Must return DELMESH_CONTINUE to go on. */
+typedef int32_t (*delmesh_progress_fn)(void* user, double fraction, const char* stage);
+
+enum { DELMESH_LOG_INFO = 1, DELMESH_LOG_WARNING = 2 };
+/* One formatted UTF-8 line without newline, on the calling thread. The library logs what it repaired and nothing else. */
+typedef void (*delmesh_log_fn)(void* user, int32_t level, const char* text);
+
+/* size > 0; returns memory aligned to `align` (a power of two, at most 64) or NULL. */
+typedef void* (*delmesh_alloc_fn)(void* user, uint64_t size, uint64_t align);
+/* pointer came from delmesh_alloc_fn with the same size; never NULL. */
+typedef void (*delmesh_free_fn)(void* user, void* pointer, uint64_t size);
+
+/* The host's own thread pool: must call task(task_data, i) once for every i in [0, count), on any threads, and return after the
+ * last has returned. The tasks neither call back nor allocate. */
+typedef void (*delmesh_task_fn)(void* task_data, int32_t index);
+typedef void (*delmesh_parallel_for_fn)(void* user, int32_t count, delmesh_task_fn task, void* task_data);
+
+typedef struct delmesh_context_options {
+    uint32_t struct_size;
+    int32_t max_threads;       /* 0 (default): one per core; 1: only the calling thread */
+    uint64_t memory_limit;     /* bytes alive at a time, over all meshes of this context; 0: none */
+    uint64_t allocation_limit; /* number of allocations over the context's life; 0: none (for tests) */
+    void* user;                /* handed to every callback below */
+    delmesh_progress_fn progress;         /* may be NULL, as may all of these */
+    delmesh_log_fn log;
+    delmesh_alloc_fn alloc;               /* alloc and free go together. Default: the C library's aligned allocator */
+    delmesh_free_fn free;                 /* may also be called by delmesh_mesh_destroy, after the context is gone */
+    delmesh_parallel_for_fn parallel_for; /* default: own threads, started when first needed, joined by _context_destroy */
+} delmesh_context_options;
+
+DELMESH_API void delmesh_context_options_init(delmesh_context_options* options, uint32_t struct_size);
+
+/* options: NULL for the defaults; copied. Every array and all scratch comes from the allocator; a few hundred bytes of
+ * bookkeeping (thread handles) come from the C++ runtime. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY, UNSUPPORTED. O(1). */
+DELMESH_API int32_t delmesh_context_create(const delmesh_context_options* options, delmesh_context** out);
+/* Joins the context's threads. Meshes made with it stay valid and are destroyed on their own. NULL is fine. */
+DELMESH_API void delmesh_context_destroy(delmesh_context* context);
+/* From any thread: the call that runs on this context, or else the next one, returns DELMESH_ERROR_CANCELLED. Sticky until then. */
+DELMESH_API void delmesh_cancel(delmesh_context* context);
+/* The sentence of the last failed call on this context; "" if the last call succeeded. Valid until the next call on it. */
+DELMESH_API const char* delmesh_last_error(const delmesh_context* context);
+/* Static name of a status, e.g. "DELMESH_ERROR_CANCELLED"; "DELMESH_ERROR_UNKNOWN" for other numbers. */
+DELMESH_API const char* delmesh_status_name(int32_t status);
+/* major << 16 | minor << 8 | patch of the library that runs. */
+DELMESH_API uint32_t delmesh_version(void);
+/* Bytes alive now and at most so far in the context's allocator, and allocations made. Any pointer may be NULL. */
+DELMESH_API void delmesh_context_memory(const delmesh_context* context, uint64_t* current, uint64_t* peak, uint64_t* allocations);
+
+/* ---- Mesh ----------------------------------------------------------------------------------------------------------------- */
+
+enum { DELMESH_WELD_NONE = 0, DELMESH_WELD_EXACT = 1 };
+
+/* A mesh as the host has it. Either triangles (corner_verts alone: count = 3 F with 1 component, or F with 3 components), or
+ * polygons with face_offsets (F + 1 ascending positions into corner_verts, from 0 to its count) or face_sizes (F sizes). */
+typedef struct delmesh_mesh_desc {
+    uint32_t struct_size;
+    int32_t weld;   /* DELMESH_WELD_NONE (default), or _EXACT: corners at bitwise equal positions (-0 = 0) share the first vertex */
+    int32_t strict; /* 1: any repair that the import would make is refused with DELMESH_ERROR_STRICT. Default 0 */
+    int32_t reserved0;
+    delmesh_view positions;    /* V x 3, float32 or float64; the mesh has that precision */
+    delmesh_view corner_verts; /* int32, uint32 or int64 vertex indices, one per corner, counter-clockwise seen from outside */
+    delmesh_view face_offsets; /* optional, int32, uint32 or int64 */
+    delmesh_view face_sizes;   /* optional, int32, uint32, int64 or uint8 */
+    delmesh_view marked_edges; /* optional, M x 2 vertex indices: edges that remesh keeps (never flips) in every mode */
+} delmesh_mesh_desc;
+
+DELMESH_API void delmesh_mesh_desc_init(delmesh_mesh_desc* desc, uint32_t struct_size);
+
+/* Makes a mesh handle out of any input. Vertex i of the mesh is vertex i of the input, also where no face uses it. What is not
+ * an oriented manifold is repaired as docs/import.md says, and counted in delmesh_mesh_info:
+ *  - polygons are cut into triangles (fan, or ear clipping where the fan would fold);
+ *  - faces with a repeated or non-finite vertex, and second copies of a face, are left out;
+ *  - inconsistently oriented faces are turned over, the fewer of each component;
+ *  - edges with three and more faces are cut open and pinched vertices split; the copies of vertices come after the input's.
+ * Zero-area faces are kept (remesh deals with them, certify reports them).
+ * Errors: INVALID_ARGUMENT, INDEX_OUT_OF_RANGE, TOO_LARGE, NON_ORIENTABLE, STRICT, memory, CANCELLED.
+ * O(n) for manifold input, O(n log n) otherwise; about 60 bytes per triangle while it runs, 30 after. */
+DELMESH_API int32_t delmesh_mesh_create(delmesh_context* context, const delmesh_mesh_desc* desc, delmesh_mesh** out);
+DELMESH_API void delmesh_mesh_destroy(delmesh_mesh* mesh);
+
+typedef struct delmesh_mesh_info {
+    uint32_t struct_size;
+    int32_t precision; /* DELMESH_FLOAT32 or DELMESH_FLOAT64 */
+    int64_t vertices, faces, edges, corners;
+    int64_t boundary_edges;
+    int64_t isolated_vertices;    /* used by no face */
+    int64_t components;           /* connected through edges, of faces */
+    int64_t boundary_loops;
+    int64_t euler_characteristic; /* used vertices - edges + faces */
+    /* What mesh_create repaired (0 for meshes made by other functions). */
+    int64_t polygons;                /* faces as given, before triangulation */
+    int64_t welded_vertices;         /* vertices that another one stands in for */
+    int64_t degenerate_faces;        /* triangles left out: a vertex twice, or fewer than three corners */
+    int64_t duplicate_faces;         /* triangles left out: the same three vertices, the same way round */
+    int64_t non_finite_faces;        /* triangles left out: a NaN or infinite coordinate */
+    int64_t reoriented_faces;        /* triangles turned over */
+    int64_t nonmanifold_edges;       /* edges cut open */
+    int64_t nonmanifold_vertices;    /* vertices split */
+    int64_t copied_vertices;         /* vertices appended by cutting and splitting */
+    int64_t unmatched_marked_edges;  /* marked edges that are no edge of the mesh */
+} delmesh_mesh_info;
+
+DELMESH_API void delmesh_mesh_info_init(delmesh_mesh_info* info, uint32_t struct_size);
+/* Counts of a mesh. info->struct_size must be set. O(1). Errors: INVALID_ARGUMENT. */
+DELMESH_API int32_t delmesh_mesh_get_info(const delmesh_mesh* mesh, delmesh_mesh_info* info);
+
+/* Arrays of a mesh. V vertices, F triangles, 3 F corners, E edges. Corner 3 f + k is the k-th of face f; "its" edge goes from
+ * its vertex to that of the next corner. "Source" is the mesh that the operation was given (for mesh_create: the caller's
+ * arrays); copies that mesh_create appended count as the vertex they copy. */
+enum {
+    DELMESH_POSITION = 1,       /* V x 3 float32 or float64: the mesh's precision (a float64 mesh read as float32 is rounded) */
+    DELMESH_CORNER_VERT = 2,    /* 3F x 1, or F x 3: vertex of each corner */
+    DELMESH_EDGE_VERT = 3,      /* E x 2: the vertices of each unique edge, in the order of its first corner */
+    DELMESH_CORNER_EDGE = 4,    /* 3F x 1, or F x 3: edge from the corner to the next */
+    DELMESH_FACE_SOURCE = 5,    /* F: source polygon */
+    DELMESH_VERT_SOURCE = 6,    /* V: source vertex; -1 for a vertex made by a split */
+    DELMESH_VERT_JOIN = 7,      /* V: the vertex to which this one must be joined to undo the cutting; itself if none */
+    DELMESH_EDGE_FLAGS = 8,     /* E, uint8 or wider: DELMESH_EDGE_* */
+    DELMESH_VERT_MAP_VERT = 9,  /* V x 3: three source vertices ... */
+    DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and their weights (sum 1) where the vertex lies; a source vertex: (i,i,i) (1,0,0) */
+    DELMESH_CORNER_TWIN = 11    /* 3F x 1, or F x 3: the corner of the same edge in the neighbouring face, -1 on the boundary */
+};
+
+enum {
+    DELMESH_EDGE_BOUNDARY = 1, /* one face */
+    DELMESH_EDGE_MARKED = 2,   /* a piece of an edge that the caller marked */
+    DELMESH_EDGE_FEATURE = 4,  /* a piece of an input edge sharper than feature_angle, in feature mode */
+    DELMESH_EDGE_CUT = 8,      /* boundary made by cutting a non-manifold edge */
+    DELMESH_EDGE_SOURCE = 16   /* a piece of an edge of the source */
+};
+
+/* Writes one of the arrays above into the caller's memory, converting between the integer types (or the float types) and
+ * honouring the stride. dst->count and components must fit the array. Errors: INVALID_ARGUMENT, TOO_LARGE (an index does not
+ * fit the type). O(n), no allocation. Any thread. */
+DELMESH_API int32_t delmesh_mesh_read(const delmesh_mesh* mesh, int32_t what, const delmesh_view_mut* dst);
+/* Points *out at the mesh's own array, as it is stored: valid until the mesh is destroyed. Arrays that are derived are made at
+ * the first borrow and kept. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY. Any thread. */
+DELMESH_API int32_t delmesh_mesh_borrow(const delmesh_mesh* mesh, int32_t what, delmesh_view* out);
+/* Checks every invariant of the data structure; for tests and bug reports. DELMESH_OK or DELMESH_ERROR_INTERNAL. O(n). */
+DELMESH_API int32_t delmesh_mesh_validate(delmesh_context* context, const delmesh_mesh* mesh);
+
+/* ---- Remesh --------------------------------------------------------------------------------------------------------------- */
+
+enum {
+    DELMESH_MODE_PRESERVE = 0, /* the surface stays: vertices are added on edges, flips happen inside flat places only */
+    DELMESH_MODE_FLIP = 1,     /* edges are flipped; vertices are added only on edges that cannot be flipped */
+    DELMESH_MODE_FEATURE = 2   /* flip, but edges sharper than feature_angle stay */
+};
+enum { DELMESH_PLACEMENT_INTERVAL = 0, DELMESH_PLACEMENT_SHELLS = 1 };
+enum { DELMESH_BOUNDARY_NONOBTUSE = 0, DELMESH_BOUNDARY_IGNORE = 1 };
+
+typedef struct delmesh_remesh_options {
+    uint32_t struct_size;
+    int32_t mode;          /* DELMESH_MODE_PRESERVE */
+    int32_t placement;     /* where edges are split: DELMESH_PLACEMENT_INTERVAL (fewest), or the paper's concentric shells */
+    int32_t boundary;      /* DELMESH_BOUNDARY_NONOBTUSE: angles opposite to boundary edges are at most 90; or not looked at */
+    int32_t precision;     /* of the result: DELMESH_FLOAT32 (default) or DELMESH_FLOAT64 */
+    int32_t strict;        /* 1: refuse input whose faces have zero area at the output precision, instead of repairing it */
+    int32_t compact;       /* 1: leave out vertices that no face uses. Default 0: vertex i stays vertex i */
+    int32_t reserved0;
+    double feature_angle;  /* degrees between the normals of the faces, 0 is flat; feature mode keeps what is sharper. 30 */
+    double max_normal_turn;/* degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any (default) */
+    double shell_unit;     /* radius of a shell, in model units; <= 0 (default): 1/1024 of the bounding box's diagonal */
+    double tolerance;      /* preserve: how far the surface may move, in model units; 0: exact planarity only;
+                              < 0 (default): 4 units in the last place of the largest coordinate at the output precision */
+    int64_t max_vertices;  /* of the result; 0 (default): 16 x the input's + 1000 */
+    int64_t split_budget;  /* flip, feature: after so many splits flips stop being tried on bent edges; 0 (default): V + 1000 */
+} delmesh_remesh_options;
+
+DELMESH_API void delmesh_remesh_options_init(delmesh_remesh_options* options, uint32_t struct_size);
+
+typedef struct delmesh_remesh_report {
+    uint32_t struct_size;
+    int32_t certified;  /* 1: an exact test of the returned coordinates found no NLD edge and no zero-area face */
+    int64_t vertices_in, vertices_out, faces_in, faces_out;
+    int64_t nld_in;     /* edges not locally Delaunay at the start, at the output precision, boundary rule included */
+    int64_t nld_out;    /* ... in the result: 0 whenever the status is OK */
+    int64_t flips;      /* before the first split */
+    int64_t flips_after;
+    int64_t splits;     /* vertices added; copies on the other sheets of a cut edge count */
+    int64_t unflippable;                /* NLD edges whose opposing edge existed when they were looked at, and of these: */
+    int64_t unflippable_2, unflippable_3, unflippable_4; /* 2-, 3-, 4-exposed (how many of the four faces of the flip's tetrahedron exist) */
+    int64_t guarded;                    /* flips refused by max_normal_turn or because a face would have had zero area */
+    int64_t boundary_splits, kept_splits; /* splits of boundary and of kept edges */
+    /* Repairs at the output precision. */
+    int64_t collapsed_edges;            /* edges of zero length collapsed */
+    int64_t removed_zero_area_faces;    /* caps flipped away and folded ears removed */
+    int64_t moved_within_tolerance;     /* preserve: flips that moved the surface, within the tolerance */
+    double surface_bound;               /* preserve: proven bound on the two-sided distance to the input as rounded; else < 0 */
+    double seconds_total, seconds_repair, seconds_flip, seconds_split, seconds_certify;
+    uint64_t peak_bytes;                /* of the context's allocator, during this call */
+} delmesh_remesh_report;
+
+DELMESH_API void delmesh_remesh_report_init(delmesh_remesh_report* report, uint32_t struct_size);
+
+/* Makes a Delaunay mesh: no interior edge whose opposite angles sum to more than 180, no boundary edge opposite to more than 90
+ * degrees (unless ignored), no face of zero area, decided exactly on the coordinates that are returned, with the topology of
+ * the input. Ties count as Delaunay. Input vertex i is output vertex i, bit for bit at the output precision.
+ * options: NULL for the defaults; report: may be NULL, is filled also after an error, as far as the call got.
+ * Errors: INVALID_ARGUMENT, NO_SURFACE, STRICT, VERTEX_LIMIT, PRECISION, TOO_LARGE, UNSUPPORTED, memory, CANCELLED.
+ * O(n log n) in practice. Method: Dyer, Zhang, Moeller 2007 (Algorithms 1 and 2); split points after Liu, Xu, Fan, He 2015. */
+DELMESH_API int32_t delmesh_remesh(delmesh_context* context, const delmesh_mesh* in, const delmesh_remesh_options* options,
+                                   delmesh_mesh** out, delmesh_remesh_report* report);
+
+/* ---- Certify -------------------------------------------------------------------------------------------------------------- */
+
+typedef struct delmesh_certify_options {
+    uint32_t struct_size;
+    int32_t boundary;                 /* DELMESH_BOUNDARY_NONOBTUSE (default) or _IGNORE */
+    delmesh_view_mut nld_edges;       /* optional, n x 2 int32/uint32/int64: the first n offending edges as vertex pairs */
+    delmesh_view_mut zero_area_faces; /* optional, n x 1: the first n faces of zero area */
+} delmesh_certify_options;
+
+DELMESH_API void delmesh_certify_options_init(delmesh_certify_options* options, uint32_t struct_size);
+
+typedef struct delmesh_certify_report {
+    uint32_t struct_size;
+    int32_t delaunay; /* 1: nothing below is counted (boundary edges only when the rule asks for them) */
+    int64_t nld_interior, nld_boundary, zero_area_faces;
+    int64_t exact_tests; /* how many signs needed the exact path */
+    double seconds;
+} delmesh_certify_report;
+
+DELMESH_API void delmesh_certify_report_init(delmesh_certify_report* report, uint32_t struct_size);
+
+/* Decides exactly, on the mesh's own coordinates, whether it is Delaunay. DELMESH_OK whatever the answer is. O(n), parallel.
+ * Errors: INVALID_ARGUMENT, memory, CANCELLED. */
+DELMESH_API int32_t delmesh_certify(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_certify_options* options,
+                                    delmesh_certify_report* report);
+
+/* ---- Measure -------------------------------------------------------------------------------------------------------------- */
+
+typedef struct delmesh_quality_report {
+    uint32_t struct_size;
+    int32_t reserved0;
+    double area, diagonal;                /* of the used vertices' bounding box */
+    double min_angle, max_angle;          /* degrees, over all corners of faces with area */
+    double mean_min_angle;                /* mean over faces of the smallest angle */
+    double percent_below_30, percent_above_120; /* percent of all corner angles */
+    double min_edge, max_edge, mean_edge;
+    int64_t negative_cotangents;          /* edges whose cotangent weight is negative: the interior NLD edges */
+    int64_t max_valence;
+    int64_t angle_histogram[18];          /* corner angles by ten degrees */
+} delmesh_quality_report;
+
+DELMESH_API void delmesh_quality_report_init(delmesh_quality_report* report, uint32_t struct_size);
+/* Angle statistics, lengths, area. O(n). Errors: INVALID_ARGUMENT, memory, CANCELLED. */
+DELMESH_API int32_t delmesh_measure_quality(delmesh_context* context, const delmesh_mesh* mesh, delmesh_quality_report* report);
+
+typedef struct delmesh_distance_options {
+    uint32_t struct_size;
+    int32_t compute_bound;  /* 1 (default): also the guaranteed bound; 0: samples only */
+    int64_t samples;        /* per direction, spread by area, besides all vertices; 0 (default): 4 per triangle, at least 100,000 */
+    double relative_error;  /* the bound ends at (1 + this) x the sampled value + absolute_error. 0.1 */
+    double absolute_error;  /* in percent of the first mesh's diagonal. 1e-4 (1e-6 of the diagonal) */
+} delmesh_distance_options;
+
+DELMESH_API void delmesh_distance_options_init(delmesh_distance_options* options, uint32_t struct_size);
+
+typedef struct delmesh_distance_report {
+    uint32_t struct_size;
+    int32_t reserved0;
+    double diagonal;             /* of the first mesh */
+    double hausdorff_sampled;    /* the larger of the two directions; a lower bound on the true distance */
+    double hausdorff_bound;      /* guaranteed upper bound (two-sided); < 0 if not computed */
+    double rms;                  /* the larger of the two directions' root mean square */
+    double a_to_b_max, a_to_b_rms, b_to_a_max, b_to_a_rms;
+    double a_to_b_bound, b_to_a_bound;
+    double normal_deviation_mean, normal_deviation_max; /* degrees between the normals at sample and closest point, both ways */
+    double hausdorff_percent, rms_percent;              /* of the diagonal */
+    double seconds;
+} delmesh_distance_report;
+
+DELMESH_API void delmesh_distance_report_init(delmesh_distance_report* report, uint32_t struct_size);
+/* Two-sided distance between two surfaces. O((n + samples) log n). options: NULL for the defaults.
+ * Errors: INVALID_ARGUMENT, NO_SURFACE (a mesh without faces), memory, CANCELLED. */
+DELMESH_API int32_t delmesh_measure_distance(delmesh_context* context, const delmesh_mesh* a, const delmesh_mesh* b,
+                                             const delmesh_distance_options* options, delmesh_distance_report* report);
+
+/* ---- Everything through one symbol ------------------------------------------------------------------------------------------ */
+
+/* For hosts that load the library at run time: all functions in one table, in this order for ever, new ones at the end. */
+typedef struct delmesh_api {
+    uint32_t struct_size;
+    uint32_t abi_version;
+    uint32_t (*version)(void);
+    const char* (*status_name)(int32_t);
+    void (*context_options_init)(delmesh_context_options*, uint32_t);
+    int32_t (*context_create)(const delmesh_context_options*, delmesh_context**);
+    void (*context_destroy)(delmesh_context*);
+    void (*cancel)(delmesh_context*);
+    const char* (*last_error)(const delmesh_context*);
+    void (*context_memory)(const delmesh_context*, uint64_t*, uint64_t*, uint64_t*);
+    void (*mesh_desc_init)(delmesh_mesh_desc*, uint32_t);
+    int32_t (*mesh_create)(delmesh_context*, const delmesh_mesh_desc*, delmesh_mesh**);
+    void (*mesh_destroy)(delmesh_mesh*);
+    void (*mesh_info_init)(delmesh_mesh_info*, uint32_t);
+    int32_t (*mesh_get_info)(const delmesh_mesh*, delmesh_mesh_info*);
+    int32_t (*mesh_read)(const delmesh_mesh*, int32_t, const delmesh_view_mut*);
+    int32_t (*mesh_borrow)(const delmesh_mesh*, int32_t, delmesh_view*);
+    int32_t (*mesh_validate)(delmesh_context*, const delmesh_mesh*);
+    void (*remesh_options_init)(delmesh_remesh_options*, uint32_t);
+    void (*remesh_report_init)(delmesh_remesh_report*, uint32_t);
+    int32_t (*remesh)(delmesh_context*, const delmesh_mesh*, const delmesh_remesh_options*, delmesh_mesh**, delmesh_remesh_report*);
+    void (*certify_options_init)(delmesh_certify_options*, uint32_t);
+    void (*certify_report_init)(delmesh_certify_report*, uint32_t);
+    int32_t (*certify)(delmesh_context*, const delmesh_mesh*, const delmesh_certify_options*, delmesh_certify_report*);
+    void (*quality_report_init)(delmesh_quality_report*, uint32_t);
+    int32_t (*measure_quality)(delmesh_context*, const delmesh_mesh*, delmesh_quality_report*);
+    void (*distance_options_init)(delmesh_distance_options*, uint32_t);
+    void (*distance_report_init)(delmesh_distance_report*, uint32_t);
+    int32_t (*measure_distance)(delmesh_context*, const delmesh_mesh*, const delmesh_mesh*, const delmesh_distance_options*,
+                                delmesh_distance_report*);
+} delmesh_api;
+
+/* The table, static in the library; NULL if the library does not speak this abi_version (pass DELMESH_ABI_VERSION). */
+DELMESH_API const delmesh_api* delmesh_get_api(uint32_t abi_version);
+/* sizeof of the struct of that name, e.g. "delmesh_remesh_options", as the library was built; 0 for unknown names. For bindings
+ * that mirror the structs, to check themselves. */
+DELMESH_API uint32_t delmesh_struct_size(const char* name);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* DELMESH_H */

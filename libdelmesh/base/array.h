@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// A growing array of plain data on the context's Memory. std::vector is not used for mesh data because its memory would escape
+// the host's allocator and limits, and because it clears what is about to be overwritten.
+#pragma once
+
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#include "base/check.h"
+#include "base/memory.h"
+
+namespace dm {
+
+template <class T>
+class Array {
+    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>, "plain data only");
+
+public:
+    explicit Array(Memory& memory) : memory_(&memory) {}
+    Array(Memory& memory, int64_t size) : memory_(&memory) { resize_uninitialized(size); }
+    Array(Memory& memory, int64_t size, T value) : memory_(&memory) { assign(size, value); }
+    Array(Array&& o) noexcept
+        : memory_(o.memory_), data_(std::exchange(o.data_, nullptr)), size_(std::exchange(o.size_, 0)),
+          capacity_(std::exchange(o.capacity_, 0)) {}
+    Array& operator=(Array&& o) noexcept {
+        if (this != &o) {
+            free_storage();
+            memory_ = o.memory_;
+            data_ = std::exchange(o.data_, nullptr);
+            size_ = std::exchange(o.size_, 0);
+            capacity_ = std::exchange(o.capacity_, 0);
+        }
+        return *this;
+    }
+    Array(const Array&) = delete;
+    Array& operator=(const Array&) = delete;
+    ~Array() { free_storage(); }
+
+    T* data() { return data_; }
+    const T* data() const { return data_; }
+    int64_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+    T& operator[](int64_t i) {
+        DM_ASSERT(i >= 0 && i < size_);
+        return data_[i];
+    }
+    const T& operator[](int64_t i) const {
+        DM_ASSERT(i >= 0 && i < size_);
+        return data_[i];
+    }
+    T* begin() { return data_; }
+    T* end() { return data_ + size_; }
+    const T* begin() const { return data_; }
+    const T* end() const { return data_ + size_; }
+    T& back() { return (*this)[size_ - 1]; }
+    const T& back() const { return (*this)[size_ - 1]; }
+
+    void clear() { size_ = 0; }
+    void free_storage() {
+        if (data_ != nullptr) memory_->deallocate(data_, static_cast<size_t>(capacity_) * sizeof(T));
+        data_ = nullptr;
+        size_ = capacity_ = 0;
+    }
+    void reserve(int64_t capacity) {
+        if (capacity <= capacity_) return;
+        T* grown = static_cast<T*>(memory_->allocate(static_cast<size_t>(capacity) * sizeof(T)));
+        if (size_ != 0) std::memcpy(static_cast<void*>(grown), data_, static_cast<size_t>(size_) * sizeof(T));
+        if (data_ != nullptr) memory_->deallocate(data_, static_cast<size_t>(capacity_) * sizeof(T));
+        data_ = grown;
+        capacity_ = capacity;
+    }
+    // New elements hold garbage: for arrays that are filled at once.
+    void resize_uninitialized(int64_t size) {
+        reserve(size);
+        size_ = size;
+    }
+    void resize(int64_t size, T value) {
+        const int64_t old = size_;
+        if (size > capacity_) reserve(grown_capacity(size));
+        size_ = size;
+        for (int64_t i = old; i < size; ++i) data_[i] = value;
+    }
+    void assign(int64_t size, T value) {
+        clear();
+        reserve(size);
+        size_ = size;
+        for (int64_t i = 0; i < size; ++i) data_[i] = value;
+    }
+    void push_back(T value) {
+        if (size_ == capacity_) reserve(grown_capacity(size_ + 1));
+        data_[size_++] = value;
+    }
+    T pop_back() { return data_[--size_]; }
+    void copy_from(const Array& o) {
+        resize_uninitialized(o.size_);
+        if (o.size_ != 0) std::memcpy(static_cast<void*>(data_), o.data_, static_cast<size_t>(o.size_) * sizeof(T));
+    }
+    Memory& memory() const { return *memory_; }
+
+private:
+    int64_t grown_capacity(int64_t needed) const {
+        const int64_t geometric = capacity_ + capacity_ / 2 + 16;
+        return geometric > needed ? geometric : needed;
+    }
+
+    Memory* memory_;
+    T* data_ = nullptr;
+    int64_t size_ = 0, capacity_ = 0;
+};
+
+} // namespace dm

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/parallel.h"
+
+#include <system_error>
+
+namespace dm {
+
+ThreadPool::ThreadPool(int32_t max_threads, delmesh_parallel_for_fn host, void* host_user)
+    : max_threads_(max_threads), host_(host), host_user_(host_user) {
+    if (max_threads_ <= 0) max_threads_ = static_cast<int32_t>(std::thread::hardware_concurrency());
+    if (max_threads_ < 1) max_threads_ = 1;
+    if (max_threads_ > kMostThreads) max_threads_ = kMostThreads;
+}
+
+ThreadPool::~ThreadPool() {
+    {
+        std::lock_guard<std::mutex> lock(mutex_);
+        stop_ = true;
+    }
+    wake_.notify_all();
+    for (int32_t i = 0; i < started_; ++i) threads_[i].join();
+}
+
+void ThreadPool::start_threads() {
+    while (started_ < max_threads_ - 1) {
+        try {
+            threads_[started_] = std::thread([this] { work(); });
+        } catch (const std::system_error&) {
+            max_threads_ = started_ + 1; // the system has no more threads to give: go on with what there is
+            return;
+        }
+        ++started_;
+    }
+}
+
+void ThreadPool::take_tasks() {
+    for (int32_t i = next_.fetch_add(1, std::memory_order_relaxed); i < count_; i = next_.fetch_add(1, std::memory_order_relaxed))
+        task_(data_, i);
+}
+
+void ThreadPool::work() {
+    uint64_t seen = 0;
+    std::unique_lock<std::mutex> lock(mutex_);
+    for (;;) {
+        wake_.wait(lock, [&] { return stop_ || generation_ != seen; });
+        if (stop_) return;
+        seen = generation_;
+        ++working_;
+        lock.unlock();
+        take_tasks();
+        lock.lock();
+        if (--working_ == 0) finished_.notify_one();
+    }
+}
+
+void ThreadPool::run(int32_t count, delmesh_task_fn task, void* data) {
+    if (count <= 0) return;
+    if (host_ != nullptr && max_threads_ > 1 && count > 1) {
+        host_(host_user_, count, task, data);
+        return;
+    }
+    if (max_threads_ == 1 || count == 1) {
+        for (int32_t i = 0; i < count; ++i) task(data, i);
+        return;
+    }
+    start_threads();
+    {
+        // A thread of the last run may still be on its way out of take_tasks: it would see the new tasks, and the old data.
+        std::unique_lock<std::mutex> lock(mutex_);
+        finished_.wait(lock, [&] { return working_ == 0; });
+        task_ = task;
+        data_ = data;
+        count_ = count;
+        next_.store(0, std::memory_order_relaxed);
+        ++generation_;
+    }
+    wake_.notify_all();
+    take_tasks();
+    std::unique_lock<std::mutex> lock(mutex_);
+    finished_.wait(lock, [&] { return working_ == 0; });
+    // A thread that wakes only now finds no task left: count_ stays valid and next_ is past it.
+}
+
+} // namespace dm

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Import: from any polygon soup to an oriented manifold Mesh. docs/import.md says what is repaired and how.
+#pragma once
+
+#include "base/context.h"
+#include "mesh/mesh.h"
+
+namespace dm {
+
+// The caller's arrays, checked for shape and type by api/ but not for content.
+struct MeshInput {
+    delmesh_view positions, corner_verts, face_offsets, face_sizes, marked_edges;
+    bool weld = false, strict = false;
+};
+
+// Fills `out` (empty). On failure `out` is to be thrown away and the error sentence is set.
+Status build_mesh(Context& context, const MeshInput& input, Mesh& out);
+
+// Edges, boundary, components, loops and Euler characteristic of a finished connectivity; leaves the repair counts alone.
+Status count_mesh(Context& context, Mesh& mesh);
+
+} // namespace dm

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The mesh that a handle holds: an oriented, manifold corner table that never changes once it is made, in the precision in which
+// it is delivered. Operations copy it into a Surface (mesh/surface.h), work there, and make a new Mesh.
+//
+// Corner c = 3 f + k is the k-th corner of face f and stands for the directed edge from corner_vert[c] to
+// corner_vert[next(c)]; the vertex opposite to that edge is corner_vert[prev(c)].
+//
+//      u = vert[prev(c)]
+//        o
+//       /  *
+//      / f  *           twin[c]: the directed edge q -> p of the neighbouring face,
+//     /      *          or a negative number on the boundary (see below)
+//    o------>-o
+//    p        q
+//  vert[c]  vert[next(c)]
+#pragma once
+
+#include "base/array.h"
+#include "base/round.h"
+#include "base/vec.h"
+
+namespace dm {
+
+inline int32_t next_corner(int32_t c) { return c % 3 == 2 ? c - 2 : c + 1; }
+inline int32_t prev_corner(int32_t c) { return c % 3 == 0 ? c + 2 : c - 1; }
+inline int32_t face_of(int32_t c) { return c / 3; }
+
+// corner_twin of a boundary corner: kBoundary, or cut_twin(slot) where a non-manifold edge was cut open. The slot leads to the
+// ring of all copies of that edge, so that a split of one can be made on all.
+constexpr int32_t kBoundary = -1;
+inline int32_t cut_twin(int32_t slot) { return -2 - slot; }
+inline bool is_cut(int32_t twin) { return twin <= -2; }
+inline int32_t cut_slot(int32_t twin) { return -2 - twin; }
+struct CutSlot {
+    int32_t corner; // the boundary corner that has this slot
+    int32_t next;   // slot of the next copy of the same edge (a ring)
+};
+
+// Bits of an edge, equal on its two corners.
+enum EdgeBit : uint8_t {
+    kEdgeMarked = DELMESH_EDGE_MARKED,
+    kEdgeFeature = DELMESH_EDGE_FEATURE,
+    kEdgeSource = DELMESH_EDGE_SOURCE,
+};
+
+// Where a vertex lies on the source: three source vertices and weights. Kept only for vertices made by splits.
+struct VertexMap {
+    int32_t vert[3];
+    double weight[3];
+};
+
+struct MeshCounts { // see delmesh_mesh_info
+    int64_t edges = 0, boundary_edges = 0, isolated_vertices = 0, components = 0, boundary_loops = 0, euler_characteristic = 0;
+    int64_t polygons = 0, welded_vertices = 0, degenerate_faces = 0, duplicate_faces = 0, non_finite_faces = 0,
+            reoriented_faces = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0, copied_vertices = 0, unmatched_marked_edges = 0;
+};
+
+struct Mesh {
+    explicit Mesh(Memory& memory)
+        : pos32(memory), pos64(memory), corner_vert(memory), corner_twin(memory), corner_bits(memory), cut_slots(memory),
+          face_source(memory), vert_source(memory), vert_join(memory), split_map(memory) {}
+
+    Precision precision = Precision::f32;
+    Array<float> pos32;  // 3 V, when precision is f32: the very numbers that are delivered
+    Array<double> pos64; // 3 V, when precision is f64
+    Array<int32_t> corner_vert; // 3 F
+    Array<int32_t> corner_twin; // 3 F
+    Array<uint8_t> corner_bits; // 3 F, or empty when no edge has a bit
+    Array<CutSlot> cut_slots;
+    Array<int32_t> face_source; // F, or empty for the identity
+    Array<int32_t> vert_source; // V, or empty for the identity; -1 for split vertices
+    Array<int32_t> vert_join;   // V, or empty for the identity
+    Array<VertexMap> split_map; // of the last split_map.size() vertices... see first_split
+    int32_t first_split = 0;    // vertices [first_split, V) were made by splits; split_map[v - first_split] says where
+    int32_t vertex_count = 0;
+    MeshCounts counts;
+
+    int32_t vertices() const { return vertex_count; }
+    int32_t corners() const { return static_cast<int32_t>(corner_vert.size()); }
+    int32_t faces() const { return corners() / 3; }
+    Vec3 position(int32_t v) const {
+        const int64_t i = 3 * static_cast<int64_t>(v);
+        if (precision == Precision::f32) return {pos32.data()[i], pos32.data()[i + 1], pos32.data()[i + 2]};
+        return {pos64.data()[i], pos64.data()[i + 1], pos64.data()[i + 2]};
+    }
+};
+
+} // namespace dm
