@@ -1,2 +1,326 @@
+// SPDX-License-Identifier: Apache-2.0
+// The driver: copy in, repair, keep edges, make Delaunay, hand out, certify. Each pass has its own file; this one decides nothing
+// about geometry but the meaning of the options.
 #include "algo/remesh.h"
-namespace dm { Status remesh(Context& c, const Mesh&, const delmesh_remesh_options&, Mesh&, delmesh_remesh_report&) { return c.fail(DELMESH_ERROR_INTERNAL, "stub"); } }
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "algo/certify.h"
+#include "algo/delaunay.h"
+#include "algo/flat_patches.h"
+#include "algo/repair.h"
+#include "mesh/build.h"
+#include "mesh/surface.h"
+#include "mesh/validate.h"
+
+namespace dm {
+namespace {
+
+class Stopwatch {
+public:
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        const double seconds = std::chrono::duration<double>(now - last_).count();
+        last_ = now;
+        return seconds;
+    }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+struct Extent {
+    double largest = 0; // |coordinate|
+    double diagonal = 0;
+};
+
+// Of the vertices that faces use.
+Extent measure_extent(const Surface& s) {
+    Vec3 low{0, 0, 0}, high{0, 0, 0};
+    bool any = false;
+    Extent e;
+    for (int32_t v = 0; v < s.vertices(); ++v) {
+        if (s.vert_corner[v] < 0) continue;
+        const Vec3& x = s.at(v);
+        e.largest = std::max({e.largest, std::fabs(x.x), std::fabs(x.y), std::fabs(x.z)});
+        low = any ? Vec3{std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)} : x;
+        high = any ? Vec3{std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)} : x;
+        any = true;
+    }
+    const Vec3 d = high - low;
+    const double scale = std::max({d.x, d.y, d.z});
+    if (scale > 0) e.diagonal = scale * length((1 / scale) * d); // no overflow, no underflow
+    return e;
+}
+
+// Distance from the largest coordinate to the next number of the precision.
+double last_place(Precision precision, double largest) {
+    if (precision == Precision::f64) return std::nextafter(largest, std::numeric_limits<double>::infinity()) - largest;
+    const float f = static_cast<float>(largest);
+    return static_cast<double>(std::nextafter(f, std::numeric_limits<float>::infinity())) - static_cast<double>(f);
+}
+
+// cos of an angle in degrees, 0..180, by arithmetic alone: libm's differs between systems in the last place, and a decision
+// must not.
+double cosine_of_degrees(double degrees) {
+    const bool obtuse = degrees > 90;
+    const double x = (obtuse ? 180 - degrees : degrees) * 0.017453292519943295;
+    double term = 1, sum = 1;
+    for (int k = 2; k <= 24; k += 2) {
+        term *= -x * x / static_cast<double>(k * (k - 1));
+        sum += term;
+    }
+    return obtuse ? -sum : sum;
+}
+
+// Marks what the result's edges should tell about: which of them are edges of the source (diagonals of its polygons are not), and
+// in feature mode those sharper than the angle.
+Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, double feature_angle) {
+    const double limit = features ? cosine_of_degrees(feature_angle) : 0;
+    const bool polygons = !in.face_source.empty();
+    for (int32_t c = 0; c < s.corners(); ++c) {
+        if ((c & 0xfffff) == 0) DM_TRY(context.progress(0.5));
+        const int32_t f = face_of(c), t = s.twin(c);
+        if (s.is_dead(f) || (t >= 0 && t < c)) continue;
+        uint8_t bits = s.corner_bits[c];
+        const bool diagonal = polygons && t >= 0 && in.face_source[s.face_src[f]] == in.face_source[s.face_src[face_of(t)]];
+        if (!diagonal) bits |= kEdgeSource;
+        if (features && t >= 0) {
+            const Vec3 &a = s.at(s.vert(c)), &b = s.at(s.head(c)), &u = s.at(s.apex(c)), &v = s.at(s.apex(t));
+            const Vec3 n = cross(b - a, u - a), m = cross(v - a, b - a);
+            if (dot(n, m) < limit * (length(n) * length(m))) bits |= kEdgeFeature;
+        }
+        s.corner_bits[c] = bits;
+        if (t >= 0) s.corner_bits[t] = bits;
+    }
+    return DELMESH_OK;
+}
+
+// -- hand out
+
+int32_t source_of(const Mesh& in, const Surface& s, int32_t v) {
+    if (v >= s.first_copy && v < s.first_split) v = s.copy_of[v - s.first_copy];
+    while (v >= s.first_copy) v = s.copy_of[v - s.first_copy]; // a copy of a copy
+    return in.vert_source.empty() ? v : in.vert_source[v];
+}
+
+// Where the split vertices lie on the source, through carriers whose ends may be split vertices themselves (older ones).
+void trace_splits(const Mesh& in, const Surface& s, Array<VertexMap>& maps) {
+    maps.reserve(s.vertices() - s.first_split);
+    for (int32_t v = s.first_split; v < s.vertices(); ++v) {
+        const SplitVertex& split = s.split_vertices[v - s.first_split];
+        const Carrier& line = s.carriers[split.carrier];
+        struct Share {
+            int32_t vert;
+            double weight;
+        } shares[6];
+        int count = 0;
+        const auto add = [&](int32_t vert, double weight) {
+            for (int i = 0; i < count; ++i)
+                if (shares[i].vert == vert) {
+                    shares[i].weight += weight;
+                    return;
+                }
+            shares[count++] = {vert, weight};
+        };
+        for (int end = 0; end < 2; ++end) {
+            const int32_t x = end == 0 ? line.a : line.b;
+            const double weight = end == 0 ? 1 - split.t : split.t;
+            if (s.is_original(x)) add(source_of(in, s, x), weight);
+            else {
+                const VertexMap& m = maps[x - s.first_split];
+                for (int k = 0; k < 3; ++k)
+                    if (m.weight[k] != 0) add(m.vert[k], weight * m.weight[k]);
+            }
+        }
+        // More than three can only come up in flip mode, where the point is not on the source anyway: the three that matter.
+        for (int i = 1; i < count; ++i)
+            for (int k = i; k > 0 && (shares[k].weight > shares[k - 1].weight ||
+                                      (shares[k].weight == shares[k - 1].weight && shares[k].vert < shares[k - 1].vert)); --k)
+                std::swap(shares[k], shares[k - 1]);
+        count = std::min(count, 3);
+        double sum = 0;
+        for (int i = 0; i < count; ++i) sum += shares[i].weight;
+        VertexMap map{{shares[0].vert, shares[0].vert, shares[0].vert}, {0, 0, 0}};
+        for (int i = 0; i < count; ++i) {
+            map.vert[i] = shares[i].vert;
+            map.weight[i] = count == 1 ? 1 : sum == 1 ? shares[i].weight : shares[i].weight / sum;
+        }
+        maps.push_back(map);
+    }
+}
+
+Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_remesh_options& options, Mesh& out) {
+    Memory& memory = context.memory();
+    // Faces: dead ones are closed up, in place, keeping the order.
+    if (s.dead_faces != 0) {
+        Array<int32_t> moved(memory, s.faces(), -1);
+        int32_t live = 0;
+        for (int32_t f = 0; f < s.faces(); ++f)
+            if (!s.is_dead(f)) moved[f] = live++;
+        for (int32_t f = 0; f < s.faces(); ++f) {
+            if (moved[f] < 0) continue;
+            for (int32_t k = 0; k < 3; ++k) {
+                const int32_t from = 3 * f + k, to = 3 * moved[f] + k, t = s.corner_twin[from];
+                s.corner_vert[to] = s.corner_vert[from];
+                s.corner_bits[to] = s.corner_bits[from];
+                s.corner_twin[to] = t >= 0 ? 3 * moved[face_of(t)] + t % 3 : t;
+                if (is_cut(t)) s.cut_slots[cut_slot(t)].corner = to;
+            }
+            s.face_src[moved[f]] = s.face_src[f];
+        }
+        s.corner_vert.resize_uninitialized(3 * static_cast<int64_t>(live));
+        s.corner_bits.resize_uninitialized(3 * static_cast<int64_t>(live));
+        s.corner_twin.resize_uninitialized(3 * static_cast<int64_t>(live));
+        s.face_src.resize_uninitialized(live);
+    }
+    DM_TRY(context.progress(0.2));
+    // Vertices.
+    const int32_t all = s.vertices();
+    Array<int32_t> moved(memory);
+    int32_t count = all;
+    if (options.compact != 0) {
+        moved.assign(all, -1);
+        for (const int32_t v : s.corner_vert) moved[v] = 0;
+        count = 0;
+        for (int32_t v = 0; v < all; ++v)
+            if (moved[v] == 0) moved[v] = count++;
+        for (int32_t& v : s.corner_vert) v = moved[v];
+    }
+    const auto stays = [&](int32_t v) { return moved.empty() || moved[v] >= 0; };
+    out.precision = options.precision == DELMESH_FLOAT32 ? Precision::f32 : Precision::f64;
+    out.vertex_count = count;
+    const auto write = [&](auto& positions) {
+        positions.resize_uninitialized(3 * static_cast<int64_t>(count));
+        int64_t i = 0;
+        for (int32_t v = 0; v < all; ++v) {
+            if (!stays(v)) continue;
+            using Real = std::remove_reference_t<decltype(positions[0])>;
+            const Vec3& x = s.at(v);
+            positions[i++] = static_cast<Real>(x.x); // exact: rounded when it was made
+            positions[i++] = static_cast<Real>(x.y);
+            positions[i++] = static_cast<Real>(x.z);
+        }
+    };
+    if (out.precision == Precision::f32) write(out.pos32);
+    else write(out.pos64);
+    DM_TRY(context.progress(0.5));
+    // Where everything comes from.
+    Array<VertexMap> maps(memory);
+    trace_splits(in, s, maps);
+    if (options.compact != 0 || !in.vert_source.empty() || s.first_split != s.first_copy || !maps.empty()) {
+        out.vert_source.reserve(count);
+        for (int32_t v = 0; v < all; ++v)
+            if (stays(v)) out.vert_source.push_back(s.is_original(v) ? source_of(in, s, v) : -1);
+    }
+    if (!s.vert_root.empty() || s.first_split != s.first_copy || !in.vert_join.empty()) {
+        out.vert_join.reserve(count);
+        for (int32_t v = 0; v < all; ++v) {
+            if (!stays(v)) continue;
+            int32_t root = v;
+            if (!s.vert_root.empty()) root = s.vert_root[v];
+            else if (v >= s.first_copy && v < s.first_split) root = s.copy_of[v - s.first_copy];
+            else if (v < s.first_copy && !in.vert_join.empty()) root = in.vert_join[v];
+            if (!stays(root)) root = v;
+            out.vert_join.push_back(moved.empty() ? root : moved[root]);
+        }
+    }
+    out.split_map = std::move(maps); // split vertices are always used, so compact leaves their order alone
+    out.first_split = count - static_cast<int32_t>(out.split_map.size());
+    const bool same_faces = s.faces() == in.faces() && s.dead_faces == 0;
+    if (!in.face_source.empty() || !same_faces) {
+        for (int32_t& f : s.face_src) f = in.face_source.empty() ? f : in.face_source[f];
+        out.face_source = std::move(s.face_src);
+    }
+    out.corner_vert = std::move(s.corner_vert);
+    out.corner_twin = std::move(s.corner_twin);
+    out.corner_bits = std::move(s.corner_bits);
+    out.cut_slots = std::move(s.cut_slots);
+    return DELMESH_OK;
+}
+
+} // namespace
+
+Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& options, Mesh& out, delmesh_remesh_report& report) {
+    Stopwatch watch;
+    const Precision precision = options.precision == DELMESH_FLOAT32 ? Precision::f32 : Precision::f64;
+    const bool preserve = options.mode == DELMESH_MODE_PRESERVE;
+    report.vertices_in = in.vertices();
+    report.faces_in = in.faces();
+    report.surface_bound = -1;
+    if (in.faces() == 0) return context.fail(DELMESH_ERROR_NO_SURFACE, "The mesh had no face.");
+
+    DM_TRY(context.stage("repair", 0, 0.1));
+    Surface surface(context, in, precision);
+    for (int32_t v = 0; v < surface.vertices(); ++v)
+        if (surface.vert_corner[v] >= 0 && !is_finite(surface.at(v)))
+            return context.fail(DELMESH_ERROR_PRECISION, "Vertex %d was out of the output precision's range.", v);
+    DM_TRY(repair_zero_area(context, surface, options.strict != 0, report));
+    const Extent extent = measure_extent(surface);
+    DelaunayRules rules;
+    rules.precision = precision;
+    rules.boundary_rule = options.boundary == DELMESH_BOUNDARY_NONOBTUSE;
+    rules.shells = options.placement == DELMESH_PLACEMENT_SHELLS;
+    rules.shell_unit = options.shell_unit > 0 ? options.shell_unit : extent.diagonal / 1024;
+    rules.min_turn_cosine = options.max_normal_turn >= 0 && options.max_normal_turn < 180 ? cosine_of_degrees(options.max_normal_turn) : -2;
+    rules.resolution = last_place(precision, extent.largest);
+    const int64_t most = std::numeric_limits<int32_t>::max() / 6; // corners stay below 2^31
+    rules.max_vertices = std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 1000, most);
+    rules.split_budget = options.split_budget > 0 ? options.split_budget : static_cast<int64_t>(in.vertices()) + 1000;
+    DM_TRY(mark_edges(context, in, surface, options.mode == DELMESH_MODE_FEATURE, options.feature_angle));
+    report.seconds_repair = watch.lap();
+
+    FlatPatches patches(context.memory());
+    if (preserve) {
+        // The tolerance is spent on three things that add up: the slab of a patch, flips outside of patches, and the rounding of
+        // split vertices (half a unit in each coordinate, so less than 0.87 in all).
+        const double rounding = 0.87 * rules.resolution;
+        const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : options.tolerance;
+        const double budget = std::max(0.0, tolerance - rounding);
+        rules.drift = 0.3 * budget;
+        DM_TRY(context.stage("flat patches", 0.1, 0.2));
+        DM_TRY(grow_flat_patches(context, surface, 0.345 * budget, patches));
+    }
+    DM_TRY(context.stage(preserve ? "split" : "flip", 0.2, 0.9));
+    const Status status = make_delaunay(context, surface, preserve ? &patches : nullptr, rules, report);
+    (report.splits == 0 ? report.seconds_flip : report.seconds_split) = watch.lap();
+    report.vertices_out = surface.vertices();
+    report.faces_out = surface.faces() - surface.dead_faces;
+    DM_TRY(status);
+    DM_ASSERT(surface.valid());
+    if (preserve) {
+        double drift = 0;
+        for (const double d : patches.drift) drift = std::max(drift, d);
+        report.surface_bound = patches.thickness + drift + (report.splits != 0 ? 0.87 * rules.resolution : 0);
+    }
+    patches.face_patch.free_storage();
+    patches.normal.free_storage();
+    patches.drift.free_storage();
+
+    DM_TRY(context.stage("export", 0.9, 0.95));
+    const int64_t boundary_splits = report.boundary_splits;
+    (void)boundary_splits;
+    DM_TRY(hand_out(context, in, surface, options, out));
+    DM_TRY(count_mesh(context, out));
+    report.vertices_out = out.vertices();
+    report.faces_out = out.faces();
+
+    DM_TRY(context.stage("certify", 0.95, 1));
+    Certificate certificate;
+    DM_TRY(certify_mesh(context, out, rules.boundary_rule, certificate, nullptr, nullptr));
+    report.nld_out = certificate.nld_interior + certificate.nld_boundary;
+    report.certified = certificate.delaunay(rules.boundary_rule) ? 1 : 0;
+    report.seconds_certify = watch.lap();
+    if (report.certified == 0) {
+        const int32_t face = certificate.first_zero_face >= 0 ? certificate.first_zero_face : face_of(certificate.first_bad_corner);
+        const int32_t source = out.face_source.empty() ? face : out.face_source[face];
+        return context.fail(DELMESH_ERROR_PRECISION, "The output precision could not hold a Delaunay mesh at face %d: %lld NLD edges and %lld faces without area were left.",
+                            source, static_cast<long long>(report.nld_out), static_cast<long long>(certificate.zero_area_faces));
+    }
+    return DELMESH_OK;
+}
+
+} // namespace dm

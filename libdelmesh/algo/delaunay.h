@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The loop that makes a Surface Delaunay: flip what may be flipped, largest excess first; split what may not.
+#pragma once
+
+#include "algo/flat_patches.h"
+#include "mesh/surface.h"
+
+namespace dm {
+
+struct DelaunayRules {
+    Precision precision = Precision::f32;
+    bool boundary_rule = true;
+    bool shells = false;
+    double shell_unit = 0;
+    double min_turn_cosine = -2; // a flip may turn a normal up to the angle with this cosine; -2: any
+    double resolution = 0;       // unit in the last place of the largest coordinate, at the output precision
+    double drift = 0;            // preserve: flips outside of patches may move the surface by this much in all
+    int64_t max_vertices = 0;
+    int64_t split_budget = 0;    // flip modes: after so many splits flips happen in flat places only
+};
+
+// patches: null in the flip modes (every edge that is not kept may be flipped).
+// Counts go to the report. Fails with VERTEX_LIMIT or PRECISION when no rule ends it, CANCELLED, or memory.
+Status make_delaunay(Context& context, Surface& surface, FlatPatches* patches, const DelaunayRules& rules, delmesh_remesh_report& report);
+
+} // namespace dm

@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/surface.h"
+
+namespace dm {
+
+Surface::Surface(Context& context, const Mesh& in, Precision precision)
+    : pos(context.memory()), corner_vert(context.memory()), corner_twin(context.memory()), corner_bits(context.memory()),
+      vert_corner(context.memory()), face_src(context.memory()), cut_slots(context.memory()), vert_root(context.memory()),
+      copy_of(context.memory()), carriers(context.memory()), split_vertices(context.memory()) {
+    const int32_t vertex_count = in.vertices();
+    pos.resize_uninitialized(vertex_count);
+    if (in.precision == precision)
+        for (int32_t v = 0; v < vertex_count; ++v) pos[v] = in.position(v);
+    else
+        for (int32_t v = 0; v < vertex_count; ++v) pos[v] = round_to(precision, in.position(v));
+    corner_vert.copy_from(in.corner_vert);
+    corner_twin.copy_from(in.corner_twin);
+    if (in.corner_bits.empty()) corner_bits.assign(in.corners(), 0);
+    else corner_bits.copy_from(in.corner_bits);
+    cut_slots.copy_from(in.cut_slots);
+    face_src.resize_uninitialized(in.faces());
+    for (int32_t f = 0; f < in.faces(); ++f) face_src[f] = f;
+    vert_corner.assign(vertex_count, -1);
+    for (int32_t c = 0; c < corners(); ++c)
+        if (vert_corner[corner_vert[c]] < 0 || corner_twin[c] < 0) vert_corner[corner_vert[c]] = c;
+    if (!cut_slots.empty()) {
+        if (in.vert_join.empty()) {
+            vert_root.resize_uninitialized(vertex_count);
+            for (int32_t v = 0; v < vertex_count; ++v) vert_root[v] = v;
+        } else vert_root.copy_from(in.vert_join);
+    }
+    first_copy = first_split = vertex_count;
+}
+
+bool Surface::adjacent(int32_t a, int32_t b) const {
+    const int32_t start = vert_corner[a];
+    int32_t c = start;
+    do {
+        if (head(c) == b) return true;
+        const int32_t last = prev_corner(c); // its edge arrives from the next neighbour
+        c = corner_twin[last];
+        if (c < 0) return corner_vert[last] == b;
+    } while (c != start);
+    return false;
+}
+
+bool Surface::has_face(int32_t a, int32_t b, int32_t c) const {
+    const int32_t start = vert_corner[a];
+    int32_t k = start;
+    do {
+        const int32_t h = head(k), w = apex(k);
+        if ((h == b && w == c) || (h == c && w == b)) return true;
+        k = rotate(k);
+    } while (k >= 0 && k != start);
+    return false;
+}
+
+int32_t Surface::carrier_of(int32_t p, int32_t q, double& tp, double& tq) {
+    // An edge with an end inside a carrier lies on that carrier if its other end does; so no table of edges is needed.
+    for (int turn = 0; turn < 2; ++turn) {
+        const int32_t inside = turn == 0 ? p : q, other = turn == 0 ? q : p;
+        double& t_inside = turn == 0 ? tp : tq;
+        double& t_other = turn == 0 ? tq : tp;
+        if (is_original(inside)) continue;
+        const SplitVertex& s = split_vertices[inside - first_split];
+        t_inside = s.t;
+        if (carriers[s.carrier].a == other) return t_other = 0, s.carrier;
+        if (carriers[s.carrier].b == other) return t_other = 1, s.carrier;
+        if (!is_original(other) && split_vertices[other - first_split].carrier == s.carrier)
+            return t_other = split_vertices[other - first_split].t, s.carrier;
+    }
+    tp = 0;
+    tq = 1;
+    carriers.push_back({p, q});
+    return static_cast<int32_t>(carriers.size() - 1);
+}
+
+bool Surface::on_one_carrier(int32_t a, int32_t b, int32_t c) const {
+    const int32_t v[3] = {a, b, c};
+    int32_t carrier = -1;
+    for (const int32_t x : v)
+        if (!is_original(x)) carrier = split_vertices[x - first_split].carrier;
+    if (carrier < 0) return false;
+    for (const int32_t x : v) {
+        const bool here = (!is_original(x) && split_vertices[x - first_split].carrier == carrier) || carriers[carrier].a == x ||
+                          carriers[carrier].b == x;
+        if (!here) return false;
+    }
+    return true;
+}
+
+void Surface::set_twin(int32_t c, int32_t twin) {
+    corner_twin[c] = twin;
+    if (twin >= 0) corner_twin[twin] = c;
+    else if (is_cut(twin)) cut_slots[cut_slot(twin)].corner = c;
+}
+
+void Surface::flip(int32_t c) {
+    const int32_t t = corner_twin[c];
+    const int32_t cn = next_corner(c), cp = prev_corner(c), tn = next_corner(t), tp = prev_corner(t);
+    const int32_t p = corner_vert[c], q = corner_vert[t], u = corner_vert[cp], v = corner_vert[tp];
+    const int32_t beyond_qu = corner_twin[cn], beyond_pv = corner_twin[tn];
+    const uint8_t bits_qu = corner_bits[cn], bits_pv = corner_bits[tn];
+    corner_vert[cn] = v; // (p, v, u)
+    corner_vert[tn] = u; // (q, u, v)
+    set_twin(c, beyond_pv);
+    corner_bits[c] = bits_pv;
+    set_twin(t, beyond_qu);
+    corner_bits[t] = bits_qu;
+    set_twin(cn, tn);
+    corner_bits[cn] = corner_bits[tn] = 0;
+    if (vert_corner[p] == tn) vert_corner[p] = c;
+    if (vert_corner[q] == cn) vert_corner[q] = t;
+}
+
+int32_t Surface::split(int32_t c, int32_t s) {
+    const auto split_face = [this](int32_t k, int32_t vertex) {
+        // (x, y, z) with the edge k = x -> y becomes (x, s, z), and (s, y, z) is appended. Returns the corner s -> y.
+        const int32_t kn = next_corner(k), kp = prev_corner(k);
+        const int32_t y = corner_vert[kn], z = corner_vert[kp];
+        const int32_t fresh = corners();
+        const int32_t beyond_yz = corner_twin[kn];
+        const uint8_t bits_k = corner_bits[k], bits_yz = corner_bits[kn];
+        corner_vert.push_back(vertex);
+        corner_vert.push_back(y);
+        corner_vert.push_back(z);
+        for (int i = 0; i < 3; ++i) corner_twin.push_back(kBoundary);
+        corner_bits.push_back(bits_k);
+        corner_bits.push_back(bits_yz);
+        corner_bits.push_back(0);
+        face_src.push_back(face_src[face_of(k)]);
+        corner_vert[kn] = vertex;
+        set_twin(fresh + 1, beyond_yz);
+        set_twin(kn, fresh + 2);
+        corner_bits[kn] = 0;
+        if (vert_corner[y] == kn) vert_corner[y] = fresh + 1;
+        return fresh;
+    };
+    const int32_t t = corner_twin[c];
+    const int32_t tail = split_face(c, s);
+    if (t < 0) {
+        corner_twin[c] = t;
+        corner_twin[tail] = kBoundary; // split_everywhere gives the halves of a cut edge their slots
+        vert_corner[s] = tail;
+    } else {
+        const int32_t other_tail = split_face(t, s); // t: q -> s; other_tail: s -> p
+        set_twin(c, other_tail);
+        set_twin(tail, t);
+        vert_corner[s] = tail;
+    }
+    return tail;
+}
+
+int32_t Surface::add_vertex(const Vec3& position, SplitVertex where, int32_t root) {
+    const int32_t v = vertices();
+    pos.push_back(position);
+    vert_corner.push_back(-1);
+    split_vertices.push_back(where);
+    if (!vert_root.empty()) vert_root.push_back(root < 0 ? v : root);
+    return v;
+}
+
+void Surface::split_everywhere(int32_t c, const Vec3& position, SplitVertex where, Array<int32_t>& pieces) {
+    pieces.clear();
+    if (!is_cut(corner_twin[c])) {
+        const int32_t s = add_vertex(position, where, -1);
+        split(c, s);
+        pieces.push_back(c);
+        return;
+    }
+    const int32_t start_root = vert_root[corner_vert[c]];
+    const int32_t first_slot = cut_slot(corner_twin[c]);
+    int32_t root = -1, slot = first_slot, last_new = -1, first_new = -1;
+    do {
+        const int32_t k = cut_slots[slot].corner;
+        const bool same_way = vert_root[corner_vert[k]] == start_root;
+        // Each sheet has vertices of its own, so a carrier of its own (made once, kept by its first split vertex).
+        SplitVertex here = where;
+        if (k != c) {
+            double t0, t1;
+            const int32_t x = corner_vert[k], y = head(k);
+            here.carrier = carrier_of(x, y, t0, t1);
+            const bool from_a = vert_root[carriers[where.carrier].a] == vert_root[carriers[here.carrier].a];
+            here.t = from_a ? where.t : 1 - where.t;
+        }
+        const int32_t s = add_vertex(position, here, root);
+        if (root < 0) root = s;
+        const int32_t tail = split(k, s);
+        pieces.push_back(k);
+        const int32_t near = same_way ? k : tail, far = same_way ? tail : k;
+        const int32_t fresh = static_cast<int32_t>(cut_slots.size());
+        cut_slots.push_back({far, -1});
+        cut_slots[slot].corner = near;
+        corner_twin[near] = cut_twin(slot);
+        corner_twin[far] = cut_twin(fresh);
+        if (last_new >= 0) cut_slots[last_new].next = fresh;
+        else first_new = fresh;
+        last_new = fresh;
+        slot = cut_slots[slot].next;
+    } while (slot != first_slot);
+    cut_slots[last_new].next = first_new;
+}
+
+bool Surface::collapse_is_legal(int32_t c) const {
+    const int32_t t = corner_twin[c];
+    const int32_t p = corner_vert[c], q = head(c), u = apex(c), v = t >= 0 ? apex(t) : -1;
+    if (t >= 0 && on_boundary(p) && on_boundary(q)) return false; // would pinch the boundary
+    // Link condition: p and q have no common neighbour but u and v, and no common link edge u v.
+    int32_t common = 0;
+    const int32_t start = vert_corner[q];
+    int32_t k = start;
+    do {
+        const int32_t x = head(k);
+        if (x != p && adjacent(p, x)) ++common;
+        const int32_t last = prev_corner(k);
+        k = corner_twin[last];
+        if (k < 0 && corner_vert[last] != p && adjacent(p, corner_vert[last])) ++common;
+    } while (k >= 0 && k != start);
+    if (common != (t >= 0 ? 2 : 1)) return false;
+    if (t >= 0 && has_face(p, u, v) && has_face(q, u, v)) return false; // a tetrahedron
+    if (t < 0 && corner_twin[next_corner(c)] < 0 && corner_twin[prev_corner(c)] < 0) return false; // a lone triangle
+    return true;
+}
+
+void Surface::kill_face(int32_t face) {
+    for (int k = 0; k < 3; ++k) corner_vert[3 * static_cast<int64_t>(face) + k] = -1;
+    ++dead_faces;
+}
+
+void Surface::drop_from_ring(int32_t c) {
+    if (!is_cut(corner_twin[c])) return;
+    const int32_t gone = cut_slot(corner_twin[c]);
+    int32_t before = gone;
+    while (cut_slots[before].next != gone) before = cut_slots[before].next;
+    cut_slots[before].next = cut_slots[gone].next;
+    cut_slots[gone] = {-1, gone};
+    corner_twin[c] = kBoundary;
+}
+
+void Surface::collapse(int32_t c) {
+    const int32_t t = corner_twin[c];
+    const int32_t p = corner_vert[c], q = head(c);
+    // All of q's corners become p's.
+    const int32_t start = vert_corner[q];
+    int32_t k = start;
+    do {
+        corner_vert[k] = p;
+        k = rotate(k);
+    } while (k >= 0 && k != start);
+    // Zip the two other edges of each face of the edge together.
+    int32_t sides[2] = {c, t};
+    int32_t p_corner = -1;
+    for (const int32_t side : sides) {
+        if (side < 0) continue;
+        const int32_t a = next_corner(side), b = prev_corner(side);
+        const int32_t w = corner_vert[b];
+        int32_t ta = corner_twin[a], tb = corner_twin[b];
+        const uint8_t bits = corner_bits[a] | corner_bits[b];
+        drop_from_ring(side);
+        if (ta >= 0 && tb >= 0) set_twin(ta, tb);
+        else if (ta >= 0) set_twin(ta, tb); // what was beyond b (boundary, or a slot) is now beyond a's neighbour
+        else if (tb >= 0) set_twin(tb, ta);
+        else {
+            drop_from_ring(a);
+            drop_from_ring(b);
+        }
+        if (ta >= 0) corner_bits[ta] |= bits;
+        if (tb >= 0) corner_bits[tb] |= bits;
+        // ta starts at w, tb ends there: outgoing corners of w and of p that stay.
+        const int32_t at_w = ta >= 0 ? ta : tb >= 0 ? next_corner(tb) : -1;
+        if (vert_corner[w] == b || vert_corner[w] == a || at_w < 0) vert_corner[w] = at_w;
+        if (tb >= 0) p_corner = tb;
+        else if (ta >= 0) p_corner = next_corner(ta);
+        kill_face(face_of(side));
+    }
+    vert_corner[q] = -1;
+    vert_corner[p] = p_corner;
+    // Boundary vertices keep their boundary corner.
+    const auto settle = [this](int32_t x) {
+        const int32_t first = vert_corner[x];
+        if (first < 0) return;
+        int32_t m = first;
+        for (;;) { // clockwise: outgoing corner before m is next(twin(m))
+            const int32_t beyond = corner_twin[m];
+            if (beyond < 0) break;
+            m = next_corner(beyond);
+            if (m == first) break;
+        }
+        vert_corner[x] = m;
+    };
+    settle(p);
+    for (const int32_t side : sides)
+        if (side >= 0) {
+            // The apex was overwritten with the face; its vertex is the start of what was beyond.
+            const int32_t a = corner_twin[next_corner(side)], b = corner_twin[prev_corner(side)];
+            if (a >= 0) settle(corner_vert[a]);
+            if (b >= 0) settle(corner_vert[next_corner(b)]);
+        }
+}
+
+void Surface::remove_boundary_face(int32_t c) {
+    const int32_t face = face_of(c);
+    const int32_t v[3] = {corner_vert[c], head(c), apex(c)};
+    for (int i = 0; i < 3; ++i) {
+        const int32_t k = 3 * face + i;
+        if (corner_twin[k] >= 0) corner_twin[corner_twin[k]] = kBoundary;
+        else drop_from_ring(k);
+    }
+    int32_t beyond[3];
+    for (int i = 0; i < 3; ++i) beyond[i] = corner_twin[3 * face + i];
+    kill_face(face);
+    // Each vertex may have up to two fans left, one on either side of the face.
+    for (const int32_t x : v) {
+        int32_t fan[2];
+        int fans = 0;
+        for (int i = 0; i < 3; ++i) {
+            if (beyond[i] < 0) continue;
+            const int32_t k = beyond[i];
+            if (corner_vert[k] == x) fan[fans++] = k;                                 // boundary edge leaving x
+            else if (head(k) == x) {                                                 // boundary edge arriving at x
+                int32_t m = next_corner(k);                                          // last of its fan, go clockwise
+                while (corner_twin[m] >= 0) m = next_corner(corner_twin[m]);
+                fan[fans++] = m;
+            }
+        }
+        if (fans == 2 && fan[0] == fan[1]) fans = 1;
+        if (fans == 0) {
+            // Only the face's boundary sides touched x here; was there more of x elsewhere?
+            if (vert_corner[x] >= 0 && face_of(vert_corner[x]) == face) vert_corner[x] = -1;
+            continue;
+        }
+        vert_corner[x] = fan[0];
+        if (fans == 2) {
+            const int32_t copy = vertices();
+            pos.push_back(pos[x]);
+            vert_corner.push_back(fan[1]);
+            copy_of.push_back(x);
+            if (!vert_root.empty()) vert_root.push_back(vert_root[x]);
+            first_split = vertices();
+            int32_t m = fan[1];
+            do {
+                corner_vert[m] = copy;
+                m = rotate(m);
+            } while (m >= 0 && m != fan[1]);
+        }
+    }
+}
+
+bool Surface::valid() const {
+    const auto check = [](bool holds) {
+        DM_ASSERT(holds);
+        return holds;
+    };
+    for (int32_t c = 0; c < corners(); ++c) {
+        if (is_dead(face_of(c))) continue;
+        const int32_t t = corner_twin[c], v = corner_vert[c];
+        if (!check(v >= 0 && v < vertices())) return false;
+        if (!check(v != head(c))) return false;
+        if (t >= 0) {
+            if (!check(t < corners() && !is_dead(face_of(t)) && corner_twin[t] == c)) return false;
+            if (!check(corner_vert[t] == head(c) && head(t) == v)) return false;
+            if (!check(corner_bits[t] == corner_bits[c])) return false;
+        } else if (is_cut(t)) {
+            if (!check(cut_slots[cut_slot(t)].corner == c)) return false;
+        }
+        if (!check(vert_corner[v] >= 0 && corner_vert[vert_corner[v]] == v)) return false;
+        if (t < 0 && !check(vert_corner[v] == c)) return false;
+    }
+    for (int32_t v = 0; v < vertices(); ++v) {
+        const int32_t start = vert_corner[v];
+        if (start < 0) continue;
+        int32_t c = start, steps = 0;
+        do {
+            if (!check(corner_vert[c] == v && ++steps <= corners())) return false;
+            c = rotate(c);
+        } while (c >= 0 && c != start);
+    }
+    return true;
+}
+
+} // namespace dm

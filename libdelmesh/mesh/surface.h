@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The editable corner table: a Mesh copied out for an operation, in doubles that are all representable in the output precision.
+// Edits are the field's three: flip, split, collapse; each assumes that it is legal (the caller asked first) and leaves the
+// table valid. Names around an edge, as everywhere in the library:
+//
+//            u                     c: corner of the edge p -> q in the face (p, q, u)
+//          /   *                   twin of c: q -> p in the face (q, p, v)
+//        p ----> q
+//          *   /
+//            v
+#pragma once
+
+#include "base/context.h"
+#include "mesh/mesh.h"
+
+namespace dm {
+
+// The straight line on which split vertices lie: an edge of the input, or in flip mode an edge that flips made. New points are
+// computed from its ends, never from pieces that are already rounded.
+struct Carrier {
+    int32_t a, b;
+};
+struct SplitVertex {
+    int32_t carrier;
+    double t; // position = a + t (b - a), rounded
+};
+
+class Surface {
+public:
+    // Copies `in`, coordinates rounded to `precision`.
+    Surface(Context& context, const Mesh& in, Precision precision);
+
+    // -- read
+    int32_t vertices() const { return static_cast<int32_t>(pos.size()); }
+    int32_t corners() const { return static_cast<int32_t>(corner_vert.size()); }
+    int32_t faces() const { return corners() / 3; }
+    int32_t vert(int32_t c) const { return corner_vert[c]; }
+    int32_t head(int32_t c) const { return corner_vert[next_corner(c)]; } // the end of the edge c
+    int32_t apex(int32_t c) const { return corner_vert[prev_corner(c)]; } // opposite to the edge c
+    int32_t twin(int32_t c) const { return corner_twin[c]; }
+    bool is_boundary(int32_t c) const { return corner_twin[c] < 0; }
+    bool is_kept(int32_t c) const { return (corner_bits[c] & (kEdgeMarked | kEdgeFeature)) != 0; }
+    bool is_dead(int32_t face) const { return corner_vert[3 * static_cast<int64_t>(face)] < 0; }
+    bool is_original(int32_t v) const { return v < first_split; }
+    const Vec3& at(int32_t v) const { return pos[v]; }
+    // Next outgoing corner counter-clockwise around the vertex of c; negative past the boundary.
+    int32_t rotate(int32_t c) const { return corner_twin[prev_corner(c)]; }
+    bool adjacent(int32_t a, int32_t b) const; // is [a, b] an edge? O(valence of a)
+    bool has_face(int32_t a, int32_t b, int32_t c) const; // in either orientation
+    bool on_boundary(int32_t v) const { return corner_twin[vert_corner[v]] < 0; }
+
+    // -- carriers
+    // The carrier of the edge p q, made when it is split for the first time, and the parameters of its ends there.
+    int32_t carrier_of(int32_t p, int32_t q, double& tp, double& tq);
+    // Do three vertices lie on one carrier? Then they never span a face.
+    bool on_one_carrier(int32_t a, int32_t b, int32_t c) const;
+
+    // -- edit
+    // Replaces p q by u v in the two faces of c. Legal when c is interior and u v is not an edge.
+    // Afterwards c is p -> v, next(c) the new edge v -> u, prev(c) u -> p; in the other face t = twin: q -> u, u -> v, v -> q.
+    void flip(int32_t c);
+    // Inserts vertex s on the edge c: c becomes p -> s; returns the corner s -> q. Works on the boundary too, and keeps what
+    // the pieces need to know of the edge; rings of cut copies are the caller's (split_everywhere).
+    int32_t split(int32_t c, int32_t s);
+    // Adds a split vertex. `root`: the vertex of which it is a copy on another sheet, or -1.
+    int32_t add_vertex(const Vec3& position, SplitVertex where, int32_t root);
+    // Splits the edge c and, if it was cut at import, all its copies at the same place. `pieces` gets, per copy, the corner
+    // x -> s in the face that kept its number; its other half is next(twin(next(x -> s))).
+    void split_everywhere(int32_t c, const Vec3& position, SplitVertex where, Array<int32_t>& pieces);
+    // Merges the far end q of the edge c into p and removes the edge's faces. Legal when collapse_is_legal.
+    void collapse(int32_t c);
+    bool collapse_is_legal(int32_t c) const;
+    // Removes the face of a boundary corner c; splits off a copy of the apex where that pinches it.
+    void remove_boundary_face(int32_t c);
+
+    // Checks every relation; a broken one is a trap in debug builds and false elsewhere.
+    bool valid() const;
+
+    Array<Vec3> pos;
+    Array<int32_t> corner_vert, corner_twin;
+    Array<uint8_t> corner_bits;
+    Array<int32_t> vert_corner; // an outgoing corner, the boundary one where there is one; -1 for unused vertices
+    Array<int32_t> face_src;    // face of the Mesh it was copied from
+    Array<CutSlot> cut_slots;
+    Array<int32_t> vert_root;   // empty, or per vertex the one of which it is a copy on another sheet (itself if none)
+    Array<int32_t> copy_of;     // vertices [first_copy, first_split): made by repairs, copies of these
+    Array<Carrier> carriers;
+    Array<SplitVertex> split_vertices; // of vertices [first_split, vertices())
+    int32_t first_copy = 0, first_split = 0;
+    int64_t dead_faces = 0;
+
+private:
+    void set_twin(int32_t c, int32_t twin); // both directions, or the slot's reference
+    void kill_face(int32_t face);
+    void drop_from_ring(int32_t c); // a boundary corner that goes away leaves the ring of its copies
+};
+
+} // namespace dm
