@@ -28,7 +28,10 @@ bool operator<(const Entry& a, const Entry& b) {
     return a.corner > b.corner;
 }
 
-constexpr int32_t kPatience = 40; // splits on one carrier before its splits go to concentric shells
+constexpr double kShort = 4; // units in the last place: edges that may be taken out where they cannot be split
+// Splits on one carrier before its splits go to concentric shells. Around a vertex with small angles interval placement can
+// spiral inward from edge to edge; points at equal distances from the vertex stop that.
+constexpr int32_t kPatience = 40, kPatienceAtVertex = 8;
 
 enum class Verdict { flip, kept, guarded, unflippable };
 
@@ -36,7 +39,7 @@ class Loop {
 public:
     Loop(Context& context_, Surface& surface, FlatPatches* flat, const DelaunayRules& rules_, delmesh_remesh_report& report_)
         : context(context_), s(surface), patches(flat), rules(rules_), report(report_), ready(context_.memory()),
-          blocked(context_.memory()), pieces(context_.memory()), carrier_splits(context_.memory()) {}
+          blocked(context_.memory()), pieces(context_.memory()), carrier_splits(context_.memory()), own_patches(context_.memory()) {}
 
     Status run() {
         DM_TRY(find_nld());
@@ -68,6 +71,11 @@ public:
             const Verdict verdict = judge(e.corner);
             if (verdict == Verdict::flip) do_flip(e.corner);
             else DM_TRY(do_split(e.corner, verdict));
+            if (patches == nullptr && report.unflippable >= rules.split_budget) {
+                // Flips and splits could chase each other: from here on it is Algorithm 1, on the surface as it is now.
+                DM_TRY(grow_flat_patches(context, s, 0, own_patches));
+                patches = &own_patches;
+            }
         }
         return DELMESH_OK;
     }
@@ -145,7 +153,7 @@ private:
         const int32_t p = s.vert(c), q = s.head(c), u = s.apex(c), v = s.apex(t);
         new_drift = -1;
         new_patch = -1;
-        if (patches != nullptr || flat_only) {
+        if (patches != nullptr) {
             if (!may_flip_in_place(c, t, p, q, u, v)) return Verdict::kept;
         } else if (rules.min_turn_cosine > -1.5 && !turns_little(p, q, u, v)) return Verdict::guarded;
         if (u == v || s.adjacent(u, v)) return Verdict::unflippable;
@@ -157,12 +165,11 @@ private:
     // Does the flip leave the surface where it is?
     bool may_flip_in_place(int32_t c, int32_t t, int32_t p, int32_t q, int32_t u, int32_t v) {
         const Vec3 &pp = s.at(p), &qq = s.at(q), &uu = s.at(u), &vv = s.at(v);
-        if (patches == nullptr) return flat_edge(pp, qq, uu, vv);
         const int32_t f = face_of(c), g = face_of(t);
         const int32_t patch = patches->face_patch[f];
         if (s.on_one_carrier(p, v, u) || s.on_one_carrier(q, u, v)) return false;
         if (patch == patches->face_patch[g]) {
-            const Vec3& n = patches->normal[patch];
+            const Vec3& n = patches->plane[patch].normal;
             if (dot(n, cross(vv - pp, uu - pp)) > 0 && dot(n, cross(uu - qq, vv - qq)) > 0) return true;
         }
         // A cap without any area: its apex lies on the edge, so the flip moves nothing.
@@ -172,11 +179,11 @@ private:
             return true;
         }
         // Within what is left of the tolerance.
-        if (rules.drift <= 0) return false;
-        const double before = std::max(patches->drift[f], patches->drift[g]);
-        if (before >= rules.drift) return false;
+        const double before = std::max(patches->moved(f), patches->moved(g));
+        const double limit = in_need ? rules.movement : rules.free_movement;
+        if (before >= limit) return false;
         const double after = before + flip_displacement(pp, qq, uu, vv);
-        if (!(after <= rules.drift)) return false;
+        if (!(after <= limit)) return false;
         new_drift = after;
         return true;
     }
@@ -188,11 +195,18 @@ private:
         t = std::min(std::max(t, 0.0), 1.0);
         return length(x - (a + t * d));
     }
-    // An upper bound on the two-sided distance between the two pairs of faces of the tetrahedron p q u v. If one of the four
-    // points is within h of the other diagonal, moving it there makes one pair of faces coincide with a part of the other.
+    // An upper bound on the two-sided distance between the two pairs of faces of the tetrahedron p q u v. Where the diagonals
+    // cross, seen along their common perpendicular, both pairs cover the same quadrilateral and differ most at the crossing, by the
+    // distance of the diagonals. And if one point is within h of the other diagonal, moving it there makes the pairs coincide.
     static double flip_displacement(const Vec3& p, const Vec3& q, const Vec3& u, const Vec3& v) {
-        return std::min(std::min(distance_to_segment(u, p, q), distance_to_segment(v, p, q)),
-                        std::min(distance_to_segment(p, u, v), distance_to_segment(q, u, v)));
+        double least = std::min(std::min(distance_to_segment(u, p, q), distance_to_segment(v, p, q)),
+                                std::min(distance_to_segment(p, u, v), distance_to_segment(q, u, v)));
+        const Vec3 n = cross(q - p, v - u);
+        const double size = length(n);
+        const auto side = [&](const Vec3& a, const Vec3& b, const Vec3& x) { return dot(n, cross(b - a, x - a)); };
+        if (size > 0 && side(p, q, u) * side(p, q, v) < 0 && side(u, v, p) * side(u, v, q) < 0)
+            least = std::min(least, std::fabs(dot(n, u - p)) / size);
+        return least;
     }
 
     // The guard: no new normal may differ from an old one by more than the limit.
@@ -234,8 +248,8 @@ private:
         const Vec3 &a = s.at(s.vert(3 * face)), &b = s.at(s.vert(3 * face + 1)), &c = s.at(s.vert(3 * face + 2));
         const Vec3 n = cross(b - a, c - a);
         const double size = length(n);
-        patches->face_patch[face] = static_cast<int32_t>(patches->normal.size());
-        patches->normal.push_back(size > 0 ? (1 / size) * n : n);
+        patches->face_patch[face] = static_cast<int32_t>(patches->plane.size());
+        patches->plane.push_back({size > 0 ? (1 / size) * n : n, 0});
     }
 
     // -- splits
@@ -250,7 +264,8 @@ private:
         while (carrier_splits.size() < s.carriers.size()) carrier_splits.push_back(0);
         const Carrier line = s.carriers[carrier];
         SplitPlan plan;
-        if (rules.shells || ++carrier_splits[carrier] > kPatience) {
+        const bool at_original = s.is_original(p) || s.is_original(q);
+        if (rules.shells || ++carrier_splits[carrier] > (at_original ? kPatienceAtVertex : kPatience)) {
             // Measured from an original vertex where there is one, as the paper says.
             const double edge = length(s.at(q) - s.at(p));
             const double fraction = shell_fraction(edge, rules.shell_unit);
@@ -266,9 +281,55 @@ private:
             commit_split(c, where, position, verdict);
             return DELMESH_OK;
         }
+        // No representable point lies between the ends: what is smaller than the precision is flipped or taken out within what
+        // the tolerance kept back for this.
+        in_need = true;
+        const Verdict second = judge(c);
+        if (second == Verdict::flip) do_flip(c);
+        const bool solved = second == Verdict::flip || collapse(c);
+        in_need = false;
+        if (solved) return DELMESH_OK;
         return context.fail(DELMESH_ERROR_PRECISION,
                             "The output precision has no room for a vertex between vertices %d and %d of face %d.", p, q,
                             s.face_src[face_of(c)]);
+    }
+
+    // Merges the ends of a very short edge, if that keeps the topology, leaves no face without area, and the tolerance allows it.
+    bool collapse(int32_t c) {
+        if (length(s.at(s.head(c)) - s.at(s.vert(c))) > kShort * rules.resolution) return false;
+        const int32_t t = s.twin(c);
+        // The younger vertex goes: a split vertex rather than one of the input's.
+        const int32_t keeps_first = s.vert(c) < s.head(c) || t < 0 ? c : t;
+        const int32_t stays = s.vert(keeps_first), goes = s.head(keeps_first);
+        if (s.is_original(goes) && t < 0) return false;
+        if (!s.collapse_is_legal(keeps_first)) return false;
+        double moved = 0;
+        const int32_t start = s.vert_corner[goes];
+        for (int32_t k = start;;) {
+            if (is_cut(s.twin(k)) || is_cut(s.twin(prev_corner(k)))) return false; // its copies would have to follow
+            if (patches != nullptr) moved = std::max(moved, patches->moved(face_of(k)));
+            const int32_t x = s.head(k), y = s.apex(k);
+            if (x != stays && y != stays && zero_area(s.at(stays), s.at(x), s.at(y))) return false;
+            k = s.rotate(k);
+            if (k < 0 || k == start) break;
+        }
+        moved += length(s.at(goes) - s.at(stays));
+        if (patches != nullptr && !(moved <= rules.movement)) return false;
+        s.collapse(keeps_first);
+        ++report.collapsed_edges;
+        const int32_t first = s.vert_corner[stays];
+        for (int32_t k = first;;) {
+            if (patches != nullptr) {
+                patches->drift[face_of(k)] = moved;
+                own_patch(face_of(k));
+            }
+            look_at(k);
+            look_at(next_corner(k));
+            look_at(prev_corner(k));
+            k = s.rotate(k);
+            if (k < 0 || k == first) break;
+        }
+        return true;
     }
 
     // May a vertex be put there on c and on all its copies: no face without area, no vertex on another of the faces?
@@ -313,7 +374,6 @@ private:
             look_at(prev_corner(other));
             look_at(next_corner(back));
         }
-        if (rules.split_budget > 0 && report.splits >= rules.split_budget && patches == nullptr) flat_only = true;
     }
     void spread(int32_t from, int32_t to) {
         if (patches == nullptr) return;
@@ -341,7 +401,8 @@ private:
     delmesh_remesh_report& report;
     Array<Entry> ready, blocked;
     Array<int32_t> pieces, carrier_splits;
-    bool flat_only = false; // the split budget of the flip modes is spent
+    FlatPatches own_patches; // for the flip modes, when their split budget is spent
+    bool in_need = false;   // the edge at hand has no room for a vertex
     double new_drift = -1;  // what judge() found out for do_flip()
     int32_t new_patch = -1;
 };

@@ -7,10 +7,10 @@
 
 namespace dm {
 
-Status grow_flat_patches(Context& context, const Surface& s, double half_slab, FlatPatches& out) {
+Status grow_flat_patches(Context& context, const Surface& s, double thickness, FlatPatches& out) {
     const int32_t faces = s.faces();
     struct Seed {
-        double area;
+        double altitude; // the smallest of the face, squared: how well its plane is determined
         int32_t face;
     };
     Array<Seed> seeds(context.memory());
@@ -18,28 +18,27 @@ Status grow_flat_patches(Context& context, const Surface& s, double half_slab, F
     for (int32_t f = 0; f < faces; ++f) {
         if (s.is_dead(f)) continue;
         const Vec3 &a = s.at(s.vert(3 * f)), &b = s.at(s.vert(3 * f + 1)), &c = s.at(s.vert(3 * f + 2));
-        seeds.push_back({length_squared(cross(b - a, c - a)), f});
+        const double longest = std::max({length_squared(b - a), length_squared(c - b), length_squared(a - c)});
+        seeds.push_back({longest > 0 ? length_squared(cross(b - a, c - a)) / longest : 0, f});
     }
-    // Large faces first: their planes are the well-determined ones.
-    if (half_slab > 0)
+    if (thickness > 0)
         std::sort(seeds.begin(), seeds.end(),
-                  [](const Seed& a, const Seed& b) { return a.area != b.area ? a.area > b.area : a.face < b.face; });
+                  [](const Seed& a, const Seed& b) { return a.altitude != b.altitude ? a.altitude > b.altitude : a.face < b.face; });
     out.face_patch.assign(faces, -1);
     out.drift.assign(faces, 0);
-    out.normal.clear();
-    out.thickness = 0;
+    out.plane.clear();
     Array<int32_t> front(context.memory());
     int64_t done = 0;
     for (const Seed& seed : seeds) {
         if ((++done & 0xffff) == 0) DM_TRY(context.progress(static_cast<double>(done) / static_cast<double>(seeds.size())));
         if (out.face_patch[seed.face] >= 0) continue;
-        const int32_t patch = static_cast<int32_t>(out.normal.size());
+        const int32_t patch = static_cast<int32_t>(out.plane.size());
         const Vec3 &a = s.at(s.vert(3 * seed.face)), &b = s.at(s.vert(3 * seed.face + 1)), &c = s.at(s.vert(3 * seed.face + 2));
         Vec3 n = cross(b - a, c - a);
         const double size = length(n);
         const bool has_plane = size > 0;
         if (has_plane) n = (1 / size) * n;
-        out.normal.push_back(n);
+        out.plane.push_back({n, 0});
         out.face_patch[seed.face] = patch;
         if (!has_plane) continue;
         double lowest = 0, highest = 0;
@@ -52,9 +51,9 @@ Status grow_flat_patches(Context& context, const Surface& s, double half_slab, F
                 const int32_t t = s.twin(k), g = face_of(t);
                 if (out.face_patch[g] >= 0) continue;
                 const Vec3& far = s.at(s.apex(t));
-                if (half_slab > 0) {
+                if (thickness > 0) {
                     const double height = dot(n, far - a);
-                    if (!(std::fabs(height) <= half_slab)) continue;
+                    if (!(std::max(highest, height) - std::min(lowest, height) <= thickness)) continue;
                     const Vec3 turned = cross(s.at(s.head(t)) - s.at(s.vert(t)), far - s.at(s.vert(t)));
                     if (!(dot(n, turned) >= 0)) continue;
                     lowest = std::min(lowest, height);
@@ -64,7 +63,7 @@ Status grow_flat_patches(Context& context, const Surface& s, double half_slab, F
                 front.push_back(g);
             }
         }
-        out.thickness = std::max(out.thickness, highest - lowest);
+        out.plane[patch].thickness = highest - lowest;
     }
     return DELMESH_OK;
 }

@@ -12,14 +12,19 @@
 namespace dm {
 
 struct FlatPatches {
-    explicit FlatPatches(Memory& memory) : face_patch(memory), normal(memory), drift(memory) {}
+    explicit FlatPatches(Memory& memory) : face_patch(memory), plane(memory), drift(memory) {}
+    struct Plane {
+        Vec3 normal;      // unit length (zero for a lone face without area)
+        double thickness; // of the slab that holds the patch's faces as given
+    };
     Array<int32_t> face_patch; // per face of the surface
-    Array<Vec3> normal;        // per patch, unit length (zero for a lone face without area)
-    Array<double> drift;       // per face: how far it may be from the input besides the slab, by flips within the tolerance
-    double thickness = 0;      // of the thickest patch
+    Array<Plane> plane;        // per patch
+    Array<double> drift;       // per face: how far from the input flips outside of patches may have taken it
+    // Proven two-sided distance of what a face belongs to now from the input, the rounding of split points aside.
+    double moved(int32_t face) const { return drift[face] + plane[face_patch[face]].thickness; }
 };
 
-// half_slab: distance a vertex may have from the seed's plane; 0: exactly coplanar neighbours only. Kept edges are not crossed.
-Status grow_flat_patches(Context& context, const Surface& surface, double half_slab, FlatPatches& out);
+// thickness: of the slab, parallel to the seed, that may hold a patch; 0: exactly coplanar neighbours only. Kept edges are not crossed.
+Status grow_flat_patches(Context& context, const Surface& surface, double thickness, FlatPatches& out);
 
 } // namespace dm

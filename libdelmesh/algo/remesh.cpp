@@ -19,6 +19,8 @@
 namespace dm {
 namespace {
 
+constexpr double kSplitRounding = 0.87; // units in the last place a rounded point may be off its place: sqrt(3) / 2
+
 class Stopwatch {
 public:
     double lap() {
@@ -182,9 +184,13 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     const int32_t all = s.vertices();
     Array<int32_t> moved(memory);
     int32_t count = all;
-    if (options.compact != 0) {
+    bool unused_splits = false; // a split vertex that was collapsed away is nobody's vertex
+    for (int32_t v = s.first_split; v < all; ++v) unused_splits |= s.vert_corner[v] < 0;
+    if (options.compact != 0 || unused_splits) {
         moved.assign(all, -1);
         for (const int32_t v : s.corner_vert) moved[v] = 0;
+        if (options.compact == 0)
+            for (int32_t v = 0; v < s.first_split; ++v) moved[v] = 0;
         count = 0;
         for (int32_t v = 0; v < all; ++v)
             if (moved[v] == 0) moved[v] = count++;
@@ -228,7 +234,13 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
             out.vert_join.push_back(moved.empty() ? root : moved[root]);
         }
     }
-    out.split_map = std::move(maps); // split vertices are always used, so compact leaves their order alone
+    if (unused_splits) {
+        int64_t kept = 0;
+        for (int32_t v = s.first_split; v < all; ++v)
+            if (stays(v)) maps[kept++] = maps[v - s.first_split];
+        maps.resize_uninitialized(kept);
+    }
+    out.split_map = std::move(maps);
     out.first_split = count - static_cast<int32_t>(out.split_map.size());
     const bool same_faces = s.faces() == in.faces() && s.dead_faces == 0;
     if (!in.face_source.empty() || !same_faces) {
@@ -269,20 +281,21 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     rules.resolution = last_place(precision, extent.largest);
     const int64_t most = std::numeric_limits<int32_t>::max() / 6; // corners stay below 2^31
     rules.max_vertices = std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 1000, most);
-    rules.split_budget = options.split_budget > 0 ? options.split_budget : static_cast<int64_t>(in.vertices()) + 1000;
+    rules.split_budget = options.split_budget > 0 ? options.split_budget : in.vertices() / 50 + 200;
     DM_TRY(mark_edges(context, in, surface, options.mode == DELMESH_MODE_FEATURE, options.feature_angle));
     report.seconds_repair = watch.lap();
 
+    // The tolerance is spent on three things that add up: the slab of a patch, flips outside of patches, and the rounding of split
+    // vertices (half a unit in each coordinate, so less than 0.87 in all). Where the precision has no room for a split vertex, the
+    // default tolerance may be used whatever the caller's is.
+    const double rounding = kSplitRounding * rules.resolution;
+    const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : options.tolerance;
+    rules.free_movement = preserve ? 0.85 * std::max(0.0, tolerance - rounding) : 0;
+    rules.movement = std::max(preserve ? tolerance : 0, 4 * rules.resolution) - rounding;
     FlatPatches patches(context.memory());
     if (preserve) {
-        // The tolerance is spent on three things that add up: the slab of a patch, flips outside of patches, and the rounding of
-        // split vertices (half a unit in each coordinate, so less than 0.87 in all).
-        const double rounding = 0.87 * rules.resolution;
-        const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : options.tolerance;
-        const double budget = std::max(0.0, tolerance - rounding);
-        rules.drift = 0.3 * budget;
         DM_TRY(context.stage("flat patches", 0.1, 0.2));
-        DM_TRY(grow_flat_patches(context, surface, 0.345 * budget, patches));
+        DM_TRY(grow_flat_patches(context, surface, rules.free_movement, patches));
     }
     DM_TRY(context.stage(preserve ? "split" : "flip", 0.2, 0.9));
     const Status status = make_delaunay(context, surface, preserve ? &patches : nullptr, rules, report);
@@ -292,17 +305,16 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     DM_TRY(status);
     DM_ASSERT(surface.valid());
     if (preserve) {
-        double drift = 0;
-        for (const double d : patches.drift) drift = std::max(drift, d);
-        report.surface_bound = patches.thickness + drift + (report.splits != 0 ? 0.87 * rules.resolution : 0);
+        double moved = 0;
+        for (int32_t f = 0; f < surface.faces(); ++f)
+            if (!surface.is_dead(f)) moved = std::max(moved, patches.moved(f));
+        report.surface_bound = moved + (report.splits != 0 ? kSplitRounding * rules.resolution : 0);
     }
     patches.face_patch.free_storage();
-    patches.normal.free_storage();
+    patches.plane.free_storage();
     patches.drift.free_storage();
 
     DM_TRY(context.stage("export", 0.9, 0.95));
-    const int64_t boundary_splits = report.boundary_splits;
-    (void)boundary_splits;
     DM_TRY(hand_out(context, in, surface, options, out));
     DM_TRY(count_mesh(context, out));
     report.vertices_out = out.vertices();

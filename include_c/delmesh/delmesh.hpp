@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// delmesh.hpp: the C interface with C++17 manners: handles that destroy themselves, errors as exceptions, callbacks as
+// std::function, arrays as std::vector. Header only; calls nothing but the functions of delmesh.h, where the meaning of every
+// field is told.
+//
+//     delmesh::Context context;
+//     delmesh::Mesh in = context.create(positions, corners);     // std::vector<float>, std::vector<int32_t>
+//     delmesh::Mesh out = context.remesh(in);
+//     std::vector<float> p = out.positions<float>();
+#ifndef DELMESH_HPP
+#define DELMESH_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "delmesh.h"
+
+namespace delmesh {
+
+// What every failed call throws. what() is the library's sentence, or the status' name where there is none.
+class Error : public std::runtime_error {
+public:
+    Error(int32_t status, const char* sentence)
+        : std::runtime_error(sentence != nullptr && *sentence != 0 ? sentence : delmesh_status_name(status)), status_(status) {}
+    int32_t status() const { return status_; }
+
+private:
+    int32_t status_;
+};
+
+inline void check(int32_t status, const char* sentence = nullptr) {
+    if (status != DELMESH_OK) throw Error(status, sentence);
+}
+
+// ---- Structs that start out with their defaults -----------------------------------------------------------------------------
+
+#define DELMESH_HPP_STRUCT(Name, name)                                         \
+    struct Name : delmesh_##name {                                             \
+        Name() { delmesh_##name##_init(this, sizeof(delmesh_##name)); }        \
+    }
+DELMESH_HPP_STRUCT(ContextOptions, context_options);
+DELMESH_HPP_STRUCT(MeshDesc, mesh_desc);
+DELMESH_HPP_STRUCT(MeshInfo, mesh_info);
+DELMESH_HPP_STRUCT(RemeshOptions, remesh_options);
+DELMESH_HPP_STRUCT(RemeshReport, remesh_report);
+DELMESH_HPP_STRUCT(CertifyOptions, certify_options);
+DELMESH_HPP_STRUCT(CertifyReport, certify_report);
+DELMESH_HPP_STRUCT(QualityReport, quality_report);
+DELMESH_HPP_STRUCT(DistanceOptions, distance_options);
+DELMESH_HPP_STRUCT(DistanceReport, distance_report);
+#undef DELMESH_HPP_STRUCT
+
+// ---- Views ------------------------------------------------------------------------------------------------------------------
+
+template <class T>
+constexpr int32_t type_of = 0;
+template <>
+inline constexpr int32_t type_of<float> = DELMESH_FLOAT32;
+template <>
+inline constexpr int32_t type_of<double> = DELMESH_FLOAT64;
+template <>
+inline constexpr int32_t type_of<int32_t> = DELMESH_INT32;
+template <>
+inline constexpr int32_t type_of<uint32_t> = DELMESH_UINT32;
+template <>
+inline constexpr int32_t type_of<int64_t> = DELMESH_INT64;
+template <>
+inline constexpr int32_t type_of<uint8_t> = DELMESH_UINT8;
+
+// `count` elements of `components` numbers; stride in bytes, 0 when packed.
+template <class T>
+delmesh_view view(const T* data, std::size_t count, int32_t components = 1, std::ptrdiff_t stride = 0) {
+    static_assert(type_of<T> != 0, "not a number type of delmesh.h");
+    return {data, static_cast<int64_t>(count), stride, type_of<T>, components};
+}
+template <class T>
+delmesh_view view(const std::vector<T>& numbers, int32_t components = 1) {
+    if (numbers.size() % static_cast<std::size_t>(components) != 0) throw std::invalid_argument("The vector holds no whole elements.");
+    return view(numbers.data(), numbers.size() / static_cast<std::size_t>(components), components);
+}
+template <class T>
+delmesh_view_mut view_mut(T* data, std::size_t count, int32_t components = 1, std::ptrdiff_t stride = 0) {
+    static_assert(type_of<T> != 0, "not a number type of delmesh.h");
+    return {data, static_cast<int64_t>(count), stride, type_of<T>, components};
+}
+
+// ---- Mesh -------------------------------------------------------------------------------------------------------------------
+
+class Mesh {
+public:
+    Mesh() = default;
+    explicit Mesh(delmesh_mesh* handle) : handle_(handle) {} // takes it over
+    delmesh_mesh* get() const { return handle_.get(); }
+    explicit operator bool() const { return handle_ != nullptr; }
+
+    MeshInfo info() const {
+        MeshInfo result;
+        check(delmesh_mesh_get_info(get(), &result));
+        return result;
+    }
+    // The mesh's own array (DELMESH_POSITION ...), valid as long as the mesh.
+    delmesh_view borrow(int32_t what) const {
+        delmesh_view result{};
+        check(delmesh_mesh_borrow(get(), what, &result));
+        return result;
+    }
+    void read(int32_t what, const delmesh_view_mut& into) const { check(delmesh_mesh_read(get(), what, &into)); }
+    // All numbers of an array, one element after the other.
+    template <class T>
+    std::vector<T> read(int32_t what) const {
+        const Shape shape = shape_of(what);
+        std::vector<T> numbers(shape.count * static_cast<std::size_t>(shape.components));
+        read(what, view_mut(numbers.data(), shape.count, shape.components));
+        return numbers;
+    }
+    template <class T>
+    std::vector<T> positions() const { return read<T>(DELMESH_POSITION); }
+    template <class T>
+    std::vector<T> corners() const { return read<T>(DELMESH_CORNER_VERT); }
+
+private:
+    struct Shape {
+        std::size_t count;
+        int32_t components;
+    };
+    Shape shape_of(int32_t what) const {
+        const MeshInfo counts = info();
+        const auto verts = static_cast<std::size_t>(counts.vertices), faces = static_cast<std::size_t>(counts.faces),
+                   edges = static_cast<std::size_t>(counts.edges);
+        switch (what) {
+        case DELMESH_POSITION:
+        case DELMESH_VERT_MAP_VERT:
+        case DELMESH_VERT_MAP_WEIGHT: return {verts, 3};
+        case DELMESH_VERT_SOURCE:
+        case DELMESH_VERT_JOIN: return {verts, 1};
+        case DELMESH_FACE_SOURCE: return {faces, 1};
+        case DELMESH_EDGE_VERT: return {edges, 2};
+        case DELMESH_EDGE_FLAGS: return {edges, 1};
+        default: return {3 * faces, 1};
+        }
+    }
+    struct Destroy {
+        void operator()(delmesh_mesh* mesh) const { delmesh_mesh_destroy(mesh); }
+    };
+    std::unique_ptr<delmesh_mesh, Destroy> handle_;
+};
+
+// ---- Context ----------------------------------------------------------------------------------------------------------------
+
+class Context {
+public:
+    using Progress = std::function<bool(double fraction, const char* stage)>; // false cancels, and so does an exception
+    using Log = std::function<void(int32_t level, const char* text)>;
+
+    // options.progress, .log and .user are the wrapper's own: set the functions below instead. With an allocator or a pool of the
+    // host's, which need `user` too, use the C interface.
+    explicit Context(const ContextOptions& options = ContextOptions()) : state_(std::make_unique<State>()) {
+        delmesh_context_options own = options;
+        own.user = state_.get();
+        own.progress = [](void* user, double fraction, const char* stage) -> int32_t {
+            State& state = *static_cast<State*>(user);
+            bool go_on = true;
+            state.guard([&] { go_on = !state.progress || state.progress(fraction, stage); });
+            return go_on && state.thrown == nullptr ? DELMESH_CONTINUE : 0;
+        };
+        own.log = [](void* user, int32_t level, const char* text) {
+            State& state = *static_cast<State*>(user);
+            state.guard([&] { if (state.log) state.log(level, text); });
+        };
+        delmesh_context* made = nullptr;
+        check(delmesh_context_create(&own, &made));
+        handle_.reset(made);
+    }
+    delmesh_context* get() const { return handle_.get(); }
+    void on_progress(Progress progress) { state_->progress = std::move(progress); }
+    void on_log(Log log) { state_->log = std::move(log); }
+    void cancel() { delmesh_cancel(get()); } // from any thread
+
+    Mesh create(const MeshDesc& desc) {
+        delmesh_mesh* made = nullptr;
+        finish(delmesh_mesh_create(get(), &desc, &made));
+        return Mesh(made);
+    }
+    // Triangles: x y z of each vertex, three vertex indices of each face.
+    template <class Real, class Index>
+    Mesh create(const std::vector<Real>& positions, const std::vector<Index>& corner_verts) {
+        MeshDesc desc;
+        desc.positions = view(positions, 3);
+        desc.corner_verts = view(corner_verts);
+        return create(desc);
+    }
+    // report is filled also when this throws.
+    Mesh remesh(const Mesh& in, const RemeshOptions& options = RemeshOptions(), RemeshReport* report = nullptr) {
+        delmesh_mesh* made = nullptr;
+        finish(delmesh_remesh(get(), in.get(), &options, &made, report));
+        return Mesh(made);
+    }
+    CertifyReport certify(const Mesh& mesh, const CertifyOptions& options = CertifyOptions()) {
+        CertifyReport report;
+        finish(delmesh_certify(get(), mesh.get(), &options, &report));
+        return report;
+    }
+    QualityReport quality(const Mesh& mesh) {
+        QualityReport report;
+        finish(delmesh_measure_quality(get(), mesh.get(), &report));
+        return report;
+    }
+    DistanceReport distance(const Mesh& a, const Mesh& b, const DistanceOptions& options = DistanceOptions()) {
+        DistanceReport report;
+        finish(delmesh_measure_distance(get(), a.get(), b.get(), &options, &report));
+        return report;
+    }
+    void validate(const Mesh& mesh) { finish(delmesh_mesh_validate(get(), mesh.get())); }
+
+private:
+    struct State { // what the callbacks see; stays where it is when the context is moved
+        Progress progress;
+        Log log;
+        std::exception_ptr thrown; // by a callback, on its way around the C frames
+        template <class Call>
+        void guard(Call&& call) noexcept {
+            try {
+                call();
+            } catch (...) {
+                thrown = std::current_exception();
+            }
+        }
+    };
+    void finish(int32_t status) {
+        if (std::exception_ptr thrown = std::exchange(state_->thrown, nullptr); thrown && status == DELMESH_ERROR_CANCELLED)
+            std::rethrow_exception(thrown);
+        check(status, delmesh_last_error(get()));
+    }
+    struct Destroy {
+        void operator()(delmesh_context* context) const { delmesh_context_destroy(context); }
+    };
+    std::unique_ptr<State> state_; // outlives the handle below
+    std::unique_ptr<delmesh_context, Destroy> handle_;
+};
+
+} // namespace delmesh
+
+#endif // DELMESH_HPP
