@@ -83,6 +83,10 @@ double cosine_of_degrees(double degrees) {
 Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, double feature_angle) {
     const double limit = features ? cosine_of_degrees(feature_angle) : 0;
     const bool polygons = !in.face_source.empty();
+    if (!features && !polygons) {
+        for (uint8_t& bits : s.corner_bits) bits |= kEdgeSource;
+        return DELMESH_OK;
+    }
     for (int32_t c = 0; c < s.corners(); ++c) {
         if ((c & 0xfffff) == 0) DM_TRY(context.progress(0.5));
         const int32_t f = face_of(c), t = s.twin(c);
@@ -254,6 +258,19 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     return DELMESH_OK;
 }
 
+// Flips and splits keep the topology, so only a repair asks for a new look at it.
+Status count(Context& context, const Mesh& in, bool repaired, Mesh& out) {
+    if (repaired) return count_mesh(context, out);
+    MeshCounts& n = out.counts;
+    for (const int32_t twin : out.corner_twin) n.boundary_edges += twin < 0 ? 1 : 0;
+    n.edges = (out.corners() + n.boundary_edges) / 2;
+    n.components = in.counts.components;
+    n.boundary_loops = in.counts.boundary_loops;
+    n.euler_characteristic = in.counts.euler_characteristic;
+    n.isolated_vertices = out.vertices() - (n.euler_characteristic + n.edges - out.faces());
+    return DELMESH_OK;
+}
+
 } // namespace
 
 Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& options, Mesh& out, delmesh_remesh_report& report) {
@@ -315,8 +332,9 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     patches.drift.free_storage();
 
     DM_TRY(context.stage("export", 0.9, 0.95));
+    const bool repaired = surface.dead_faces != 0 || surface.first_split != surface.first_copy;
     DM_TRY(hand_out(context, in, surface, options, out));
-    DM_TRY(count_mesh(context, out));
+    DM_TRY(count(context, in, repaired, out));
     report.vertices_out = out.vertices();
     report.faces_out = out.faces();
 
