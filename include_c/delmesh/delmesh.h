@@ -283,7 +283,7 @@ typedef struct delmesh_remesh_options {
     double shell_unit;     /* radius of a shell, in model units; <= 0 (default): 1/1024 of the bounding box's diagonal */
     double tolerance;      /* preserve: how far the surface may move, in model units; 0: exact planarity only;
                               < 0 (default): 4 units in the last place of the largest coordinate at the output precision */
-    int64_t max_vertices;  /* of the result; 0 (default): 16 x the input's + 1000 */
+    int64_t max_vertices;  /* of the result; 0 (default): 16 x the input's + 10,000 */
     int64_t split_budget;  /* flip, feature: after so many splits of unflippable edges, bent edges are no longer flipped;
                               0 (default): V / 50 + 200 */
 } delmesh_remesh_options;

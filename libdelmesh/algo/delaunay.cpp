@@ -28,7 +28,9 @@ bool operator<(const Entry& a, const Entry& b) {
     return a.corner > b.corner;
 }
 
-constexpr double kShort = 4; // units in the last place: edges that may be taken out where they cannot be split
+// In units in the last place. Where the precision has no room to split an edge, edges up to kShort may be taken out, and the
+// surface may move by kNeed in all (the report says by how much it did); clean meshes get by with the tolerance.
+constexpr double kShort = 16, kNeed = 64;
 // Splits on one carrier before its splits go to concentric shells. Around a vertex with small angles interval placement can
 // spiral inward from edge to edge; points at equal distances from the vertex stop that.
 constexpr int32_t kPatience = 40, kPatienceAtVertex = 8;
@@ -148,17 +150,22 @@ private:
     // -- flips
 
     Verdict judge(int32_t c) {
-        if (s.is_boundary(c) || s.is_kept(c)) return Verdict::kept;
+        if (s.is_boundary(c)) return Verdict::kept;
         const int32_t t = s.twin(c);
         const int32_t p = s.vert(c), q = s.head(c), u = s.apex(c), v = s.apex(t);
+        const Vec3 &pp = s.at(p), &qq = s.at(q), &uu = s.at(u), &vv = s.at(v);
+        // A feature edge may be flipped where the precision has no room to split it; what the caller marked may not.
+        if (s.is_kept(c)) {
+            const bool marked = (s.corner_bits[c] & kEdgeMarked) != 0;
+            if (!in_need || marked || flip_displacement(pp, qq, uu, vv) > kNeed * rules.resolution) return Verdict::kept;
+        }
         new_drift = -1;
         new_patch = -1;
         if (patches != nullptr) {
             if (!may_flip_in_place(c, t, p, q, u, v)) return Verdict::kept;
         } else if (rules.min_turn_cosine > -1.5 && !turns_little(p, q, u, v)) return Verdict::guarded;
         if (u == v || s.adjacent(u, v)) return Verdict::unflippable;
-        const Vec3 &pp = s.at(p), &qq = s.at(q), &uu = s.at(u), &vv = s.at(v);
-        if (zero_area(pp, vv, uu) || zero_area(qq, uu, vv)) return Verdict::guarded;
+        if (!in_need && (zero_area(pp, vv, uu) || zero_area(qq, uu, vv))) return Verdict::guarded;
         return Verdict::flip;
     }
 
@@ -180,7 +187,7 @@ private:
         }
         // Within what is left of the tolerance.
         const double before = std::max(patches->moved(f), patches->moved(g));
-        const double limit = in_need ? rules.movement : rules.free_movement;
+        const double limit = in_need ? kNeed * rules.resolution : rules.free_movement;
         if (before >= limit) return false;
         const double after = before + flip_displacement(pp, qq, uu, vv);
         if (!(after <= limit)) return false;
@@ -281,17 +288,39 @@ private:
             commit_split(c, where, position, verdict);
             return DELMESH_OK;
         }
-        // No representable point lies between the ends: what is smaller than the precision is flipped or taken out within what
-        // the tolerance kept back for this.
-        in_need = true;
-        const Verdict second = judge(c);
-        if (second == Verdict::flip) do_flip(c);
-        const bool solved = second == Verdict::flip || collapse(c);
-        in_need = false;
-        if (solved) return DELMESH_OK;
+        if (make_room(c)) return DELMESH_OK;
         return context.fail(DELMESH_ERROR_PRECISION,
                             "The output precision has no room for a vertex between vertices %d and %d of face %d.", p, q,
                             s.face_src[face_of(c)]);
+    }
+
+    // No representable point lies between the ends of c: what is smaller than the precision is flipped or taken out.
+    bool make_room(int32_t c) {
+        in_need = true;
+        const int32_t t = s.twin(c);
+        const bool coincident = t >= 0 && s.at(s.apex(c)) == s.at(s.apex(t)); // the flip would make an edge of zero length
+        bool done = coincident && collapse(c);
+        if (!done && judge(c) == Verdict::flip && (!coincident || may_merge_apexes(c))) {
+            do_flip(c);
+            done = !coincident || collapse(next_corner(c));
+        }
+        if (!done && !coincident) done = collapse(c);
+        in_need = false;
+        return done;
+    }
+
+    // After a flip of c: would the link condition let its new edge be collapsed?
+    bool may_merge_apexes(int32_t c) const {
+        const int32_t p = s.vert(c), q = s.head(c), u = s.apex(c), v = s.apex(s.twin(c));
+        if (s.on_boundary(u) || s.on_boundary(v)) return false;
+        const int32_t start = s.vert_corner[u];
+        int32_t k = start;
+        do {
+            const int32_t x = s.head(k);
+            if (x != p && x != q && s.adjacent(v, x)) return false;
+            k = s.rotate(k);
+        } while (k != start);
+        return true;
     }
 
     // Merges the ends of a very short edge, if that keeps the topology, leaves no face without area, and the tolerance allows it.
@@ -314,7 +343,7 @@ private:
             if (k < 0 || k == start) break;
         }
         moved += length(s.at(goes) - s.at(stays));
-        if (patches != nullptr && !(moved <= rules.movement)) return false;
+        if (patches != nullptr && !(moved <= kNeed * rules.resolution)) return false;
         s.collapse(keeps_first);
         ++report.collapsed_edges;
         const int32_t first = s.vert_corner[stays];

@@ -14,8 +14,7 @@ struct DelaunayRules {
     double shell_unit = 0;
     double min_turn_cosine = -2; // a flip may turn a normal up to the angle with this cosine; -2: any
     double resolution = 0;       // unit in the last place of the largest coordinate, at the output precision
-    double movement = 0;         // preserve: how far the surface may move in all, the rounding of split points aside,
-    double free_movement = 0;    // and the part of it that flips outside of patches may use where a split would do as well
+    double free_movement = 0;    // preserve: how far flips outside of patches may move the surface, where a split would do as well
     int64_t max_vertices = 0;
     int64_t split_budget = 0;    // flip modes: after so many splits of unflippable edges, bent edges are not flipped any more
 };

@@ -26,8 +26,8 @@ constexpr int kManyVertices = 8;           // from here on a piece is halved: a 
 constexpr int kStackSize = 96;
 constexpr int kMostParts = 4; // a piece is cut into the part in the prism and three outside
 constexpr int64_t kGrain = 64;
-// Triangles are tried with few pieces first, and the unfinished ones again with eight times as many. Half of the pieces go to
-// a tighter goal than was asked for, which costs next to nothing where the surfaces nearly coincide.
+// Triangles are tried with few pieces first, and the unfinished ones again with eight times as many. The first try, and half of
+// each later one, is for a tighter goal than was asked for: that costs next to nothing where the surfaces nearly coincide.
 constexpr double kAmbition = 0x1p-10; // of the absolute error
 constexpr int64_t kFirstPieces = 64, kMostPieces = int64_t{1} << 21;
 constexpr int64_t kPiecesPerTriangle = 64, kPiecesBesides = int64_t{1} << 24; // all in all
@@ -107,7 +107,7 @@ public:
         goal_ = {goal.relative, kAmbition * goal.absolute};
         bound_by(stack_[0], Target(to_.triangle(near), origin_));
         for (int64_t pieces = 0; top_ > 0; ++pieces) {
-            if (pieces == most_pieces / 2) goal_ = goal;
+            if (pieces == most_pieces / 2 && most_pieces > kFirstPieces) goal_ = goal;
             Piece piece = stack_[--top_];
             if (piece.bound > goal_(lower_) && (pieces >= most_pieces || top_ + kMostParts > kStackSize)) {
                 ++top_;
@@ -257,7 +257,8 @@ Status bound_distance(Context& context, const Bvh& from, const Bvh& to, const Ar
     int64_t grain = kGrain;
     for (int64_t pieces = kFirstPieces; !open.empty() && pieces <= kMostPieces && budget > 0; pieces *= 8) {
         Array<double> lower(memory, block_count(open.size(), grain));
-        DM_TRY(parallel_slices(context, open.size(), grain, start, (start + end) / 2, [&](int64_t block, int64_t first, int64_t last) {
+        const double middle = (start + end) / 2; // later rounds have less to do
+        DM_TRY(parallel_slices(context, open.size(), grain, start, middle, [&](int64_t block, int64_t first, int64_t last) {
             double local = bound.lower; // raised block by block only, so that the result does not depend on who was first
             for (int64_t i = first; i < last; ++i) {
                 const int32_t t = open[i];
@@ -265,7 +266,7 @@ Status bound_distance(Context& context, const Bvh& from, const Bvh& to, const Ar
             }
             lower[block] = local;
         }));
-        start = (start + end) / 2;
+        start = middle;
         for (const double l : lower) bound.lower = std::fmax(bound.lower, l);
         int64_t still = 0;
         for (int64_t i = 0; i < open.size(); ++i)

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reporting only: nothing here decides anything, so that atan2 is good enough. docs/measure.md has the methods and what they
-// guarantee. All sums are made block by block and added in the order of the blocks, for the same bytes with any number of threads.
+// guarantee. All sums are made block by block and added in the order of the blocks: the same bytes with any number of threads.
 #include "algo/measure.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -18,15 +19,14 @@ namespace {
 constexpr double kDegrees = 57.295779513082320877;
 constexpr int64_t kQualityGrain = 4096; // faces
 constexpr int64_t kSampleGrain = 256;   // triangles or samples: some hundred closest-point queries
-constexpr int64_t kLeastSamples = 100000, kMostSamples = int64_t{1} << 40;
+constexpr int64_t kSamplesPerFace = 4, kLeastSamples = 100000, kMostSamples = int64_t{1} << 40;
 
 double angle_between(const Vec3& a, const Vec3& b) { return kDegrees * std::atan2(length(cross(a, b)), dot(a, b)); }
 
 // ---- Quality ----------------------------------------------------------------------------------------------------------------
 
 struct QualityTally {
-    int64_t faces = 0, below_30 = 0, above_120 = 0, edges = 0;
-    int64_t histogram[18] = {};
+    int64_t faces = 0, below_30 = 0, above_120 = 0, edges = 0, histogram[18] = {};
     double area = 0, min_angle = 180, max_angle = 0, sum_min_angle = 0;
     double min_edge = HUGE_VAL, max_edge = 0, sum_edge = 0;
 
@@ -191,7 +191,7 @@ Status measure_samples(Context& context, const Bvh& from, const Bvh& to, int64_t
     const auto samples_up_to = [&](int32_t t) {
         return t == triangles - 1 ? samples : static_cast<int64_t>(area[t] / total * static_cast<double>(samples) + 0.5);
     };
-    const int64_t grain = samples >> 16 > kSampleGrain ? samples >> 16 : kSampleGrain; // bounds the tallies' memory
+    const int64_t grain = std::max(kSampleGrain, samples >> 16); // bounds the tallies' memory
     Array<DistanceTally> tallies(memory, block_count(samples, grain), DistanceTally{});
     DM_TRY(parallel_slices(context, samples, grain, start, end, [&](int64_t block, int64_t first, int64_t last) {
         DistanceTally tally;
@@ -233,7 +233,7 @@ struct Direction {
 Status measure_direction(Context& context, const Mesh& mesh, const Bvh& from, const Bvh& to,
                          const delmesh_distance_options& options, double absolute, Direction& out) {
     int64_t samples = options.samples;
-    if (samples == 0) samples = 4 * static_cast<int64_t>(mesh.faces()) > kLeastSamples ? 4 * static_cast<int64_t>(mesh.faces()) : kLeastSamples;
+    if (samples == 0) samples = std::max(kLeastSamples, kSamplesPerFace * mesh.faces());
     Array<int32_t> near(context.memory(), from.size());
     const double sampled = options.compute_bound != 0 ? 0.6 : 1; // part of the time
     {

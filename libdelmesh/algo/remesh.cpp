@@ -297,18 +297,16 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     rules.min_turn_cosine = options.max_normal_turn >= 0 && options.max_normal_turn < 180 ? cosine_of_degrees(options.max_normal_turn) : -2;
     rules.resolution = last_place(precision, extent.largest);
     const int64_t most = std::numeric_limits<int32_t>::max() / 6; // corners stay below 2^31
-    rules.max_vertices = std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 1000, most);
+    rules.max_vertices = std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 10000, most);
     rules.split_budget = options.split_budget > 0 ? options.split_budget : in.vertices() / 50 + 200;
     DM_TRY(mark_edges(context, in, surface, options.mode == DELMESH_MODE_FEATURE, options.feature_angle));
     report.seconds_repair = watch.lap();
 
     // The tolerance is spent on three things that add up: the slab of a patch, flips outside of patches, and the rounding of split
-    // vertices (half a unit in each coordinate, so less than 0.87 in all). Where the precision has no room for a split vertex, the
-    // default tolerance may be used whatever the caller's is.
-    const double rounding = kSplitRounding * rules.resolution;
+    // vertices (half a unit in each coordinate, so less than 0.87 in all). A part is kept back for the places where the precision
+    // has no room for a split vertex.
     const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : options.tolerance;
-    rules.free_movement = preserve ? 0.85 * std::max(0.0, tolerance - rounding) : 0;
-    rules.movement = std::max(preserve ? tolerance : 0, 4 * rules.resolution) - rounding;
+    if (preserve) rules.free_movement = 0.85 * std::max(0.0, tolerance - kSplitRounding * rules.resolution);
     FlatPatches patches(context.memory());
     if (preserve) {
         DM_TRY(context.stage("flat patches", 0.1, 0.2));

@@ -15,13 +15,15 @@ public:
         for (int32_t f = 0; f < s.faces(); ++f)
             if (!s.is_dead(f) && without_area(f)) work.push_back(f);
         if (work.empty()) return DELMESH_OK;
+        if (work.size() == s.faces()) return context.fail(DELMESH_ERROR_NO_SURFACE, "No face had any area at the output precision.");
         if (strict)
             return context.fail(DELMESH_ERROR_STRICT, "Face %d had no area at the output precision, and %lld more.", s.face_src[work[0]],
                                 static_cast<long long>(work.size() - 1));
         // A repair can make a neighbour repairable, so go on while something happens. Each step removes a face without area.
         bool happened = true;
         int64_t steps = 0;
-        while (happened && !work.empty()) {
+        const int64_t most = 8 * static_cast<int64_t>(s.faces()); // nothing needs that many; a promise that this ends
+        while (happened && !work.empty() && steps < most) {
             happened = false;
             const int64_t round = work.size();
             for (int64_t i = 0; i < round; ++i) {
@@ -47,11 +49,10 @@ private:
             // The smaller vertex stays: the caller's first of the two.
             const int32_t t = s.twin(c);
             const int32_t from = t >= 0 && s.head(c) < s.vert(c) ? t : c;
-            if (s.collapse_is_legal(from)) {
-                s.collapse(from);
-                ++report.collapsed_edges;
-                return true;
-            }
+            if (s.collapse_is_legal(from)) s.collapse(from);
+            else if (!s.collapse_and_cut(from)) continue;
+            ++report.collapsed_edges;
+            return true;
         }
         for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
             const Vec3 &a = s.at(s.vert(c)), &b = s.at(s.head(c)), &m = s.at(s.apex(c));

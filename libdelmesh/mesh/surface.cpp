@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/surface.h"
 
+#include <algorithm>
+
 namespace dm {
 
 Surface::Surface(Context& context, const Mesh& in, Precision precision)
@@ -296,6 +298,120 @@ void Surface::collapse(int32_t c) {
             if (a >= 0) settle(corner_vert[a]);
             if (b >= 0) settle(corner_vert[next_corner(b)]);
         }
+}
+
+void Surface::gather_corners(int32_t v, Array<int32_t>& out) const {
+    const int32_t start = vert_corner[v];
+    if (start < 0) return;
+    int32_t c = start;
+    do {
+        out.push_back(c);
+        c = rotate(c);
+    } while (c >= 0 && c != start);
+}
+
+void Surface::separate_fans(int32_t v, const Array<int32_t>& corners_of_v) {
+    vert_corner[v] = -1;
+    bool first = true;
+    for (const int32_t seed : corners_of_v) {
+        if (corner_vert[seed] != v) continue; // in a fan that already went to a copy, or in a removed face
+        if (!first && vert_corner[v] >= 0) {
+            bool seen = false; // in the fan that keeps v?
+            int32_t k = vert_corner[v];
+            do {
+                seen |= k == seed;
+                k = rotate(k);
+            } while (k >= 0 && k != vert_corner[v] && !seen);
+            if (seen) continue;
+        }
+        int32_t start = seed; // the boundary corner of an open fan, else the seed
+        while (corner_twin[start] >= 0) {
+            start = next_corner(corner_twin[start]);
+            if (start == seed) break;
+        }
+        if (first) {
+            vert_corner[v] = start;
+            first = false;
+            continue;
+        }
+        const int32_t copy = vertices();
+        pos.push_back(pos[v]);
+        vert_corner.push_back(start);
+        copy_of.push_back(v);
+        if (!vert_root.empty()) vert_root.push_back(vert_root[v]);
+        first_split = vertices();
+        int32_t k = start;
+        do {
+            corner_vert[k] = copy;
+            k = rotate(k);
+        } while (k >= 0 && k != start);
+    }
+}
+
+bool Surface::collapse_and_cut(int32_t c) {
+    const int32_t t = corner_twin[c];
+    const int32_t p = corner_vert[c], q = head(c), u = apex(c), v = t >= 0 ? apex(t) : -1;
+    if (u == v) { // two faces back to back: gone altogether, if that is all there is of them
+        const int32_t g = face_of(t);
+        const int32_t a = corner_twin[next_corner(c)], b = corner_twin[prev_corner(c)];
+        if (a < 0 || b < 0 || face_of(a) != g || face_of(b) != g) return false;
+        kill_face(face_of(c));
+        kill_face(g);
+        vert_corner[p] = vert_corner[q] = vert_corner[u] = -1;
+        return true;
+    }
+    Array<int32_t> ring(pos.memory());    // p's and q's corners
+    Array<int32_t> around(pos.memory());  // the corners of the vertex at hand
+    Array<int32_t> others(pos.memory());  // vertices whose fans may come apart
+    Array<int32_t> loops(pos.memory());   // pairs of corners p -> x, q -> x
+    gather_corners(p, ring);
+    const int64_t of_p = ring.size();
+    gather_corners(q, ring);
+    for (int64_t i = 0; i < ring.size(); ++i) others.push_back(head(ring[i]));
+    for (int64_t i = 0; i < ring.size(); ++i) others.push_back(apex(ring[i])); // the last neighbour of an open fan
+    for (int64_t i = 0; i < of_p; ++i) {
+        const int32_t x = head(ring[i]);
+        if (x == q || x == u || x == v) continue;
+        for (int64_t k = of_p; k < ring.size(); ++k) {
+            if (head(ring[k]) != x) continue;
+            if (corner_twin[ring[i]] < 0 || corner_twin[ring[k]] < 0) return false;
+            loops.push_back(ring[i]);
+            loops.push_back(ring[k]);
+        }
+        // An open fan's last edge arrives, so a corner q -> x may be missing: then the loop's side is a boundary.
+    }
+    for (const int32_t k : ring)
+        if (corner_twin[prev_corner(k)] < 0) {
+            const int32_t x = corner_vert[prev_corner(k)];
+            const bool other_side = corner_vert[k] == p;
+            for (int64_t i = other_side ? of_p : 0; i < (other_side ? ring.size() : of_p); ++i)
+                if (x != u && x != v && x != q && x != p && head(ring[i]) == x) return false;
+        }
+    // Corners of everything near, before anything changes.
+    Array<int32_t> near(pos.memory());
+    Array<int64_t> first_of(pos.memory());
+    std::sort(others.begin(), others.end());
+    others.resize_uninitialized(std::unique(others.begin(), others.end()) - others.begin());
+    for (const int32_t x : others) {
+        first_of.push_back(near.size());
+        if (x != p && x != q) gather_corners(x, near);
+    }
+    first_of.push_back(near.size());
+    collapse(c);
+    for (int64_t i = 0; i < loops.size(); i += 2) {
+        const int32_t a = loops[i], b = loops[i + 1];
+        const int32_t ta = corner_twin[a], tb = corner_twin[b];
+        set_twin(a, tb);
+        set_twin(b, ta);
+    }
+    separate_fans(p, ring);
+    for (int64_t i = 0; i < others.size(); ++i) {
+        if (others[i] == p || others[i] == q) continue;
+        around.clear();
+        for (int64_t k = first_of[i]; k < first_of[i + 1]; ++k) around.push_back(near[k]);
+        separate_fans(others[i], around);
+    }
+    return true;
 }
 
 void Surface::remove_boundary_face(int32_t c) {

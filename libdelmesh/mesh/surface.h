@@ -70,6 +70,10 @@ public:
     // Merges the far end q of the edge c into p and removes the edge's faces. Legal when collapse_is_legal.
     void collapse(int32_t c);
     bool collapse_is_legal(int32_t c) const;
+    // The same where it is not legal, for ends that coincide (repair only, before any split): loops of zero length p x q are cut
+    // and closed up on either side, and vertices that this leaves with several fans are split. False, with nothing changed, where a
+    // side of such a loop is a boundary.
+    bool collapse_and_cut(int32_t c);
     // Removes the face of a boundary corner c; splits off a copy of the apex where that pinches it.
     void remove_boundary_face(int32_t c);
 
@@ -92,6 +96,8 @@ public:
 private:
     void set_twin(int32_t c, int32_t twin); // both directions, or the slot's reference
     void kill_face(int32_t face);
+    void gather_corners(int32_t v, Array<int32_t>& out) const; // all outgoing corners of v
+    void separate_fans(int32_t v, const Array<int32_t>& corners_of_v); // further fans around v get copies of v
     void drop_from_ring(int32_t c); // a boundary corner that goes away leaves the ring of its copies
 };
 
