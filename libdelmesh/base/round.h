@@ -10,7 +10,7 @@ enum class Precision : int { f32 = 1, f64 = 2 }; // the values of DELMESH_FLOAT3
 
 // The nearest float32, as a double. A value past the float32 range becomes infinite.
 // GCC 12.2 at -O2 drops the rounding of neighbouring double -> float -> double conversions when its SLP vectoriser pairs them;
-// the empty asm makes the float opaque, so that the pair cannot be folded. tests/unit/round_test pins this at every -O level.
+// the empty asm makes the float opaque, so that the pair cannot be folded. tests/unit/test_round.c pins this at every -O level.
 inline double round_to_f32(double x) {
     float f = static_cast<float>(x);
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// A bounding volume hierarchy over the triangles of a mesh, for closest-point queries. Built once by the calling thread with a
+// binned surface area heuristic (O(n log n)), then read by any number of threads: queries allocate nothing and keep their stack
+// on the thread's.
+#pragma once
+
+#include "base/context.h"
+#include "mesh/mesh.h"
+
+namespace dm {
+
+struct Box {
+    Vec3 lo{HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+    void extend(const Vec3& p) {
+        lo = {p.x < lo.x ? p.x : lo.x, p.y < lo.y ? p.y : lo.y, p.z < lo.z ? p.z : lo.z};
+        hi = {p.x > hi.x ? p.x : hi.x, p.y > hi.y ? p.y : hi.y, p.z > hi.z ? p.z : hi.z};
+    }
+    void extend(const Box& o) {
+        extend(o.lo);
+        extend(o.hi);
+    }
+    bool empty() const { return !(lo.x <= hi.x); }
+};
+
+// The box of the vertices that faces use.
+Box used_box(const Mesh& mesh);
+
+// Coordinates for measuring: times a power of two that makes the box about as large as 1, so that no square overflows or
+// underflows, then shifted where the box lies farther from 0 than it is wide, so that points made inside it are rounded to its
+// size and not to its distance from 0. Both steps are exact: the shift is the end of the box's side that is closer to 0, and
+// lo <= x <= 2 lo makes x - lo exact (Sterbenz). Only what is below 2^-1000 of the box may be lost.
+struct Frame {
+    explicit Frame(const Box& box);
+    Vec3 operator()(const Vec3& p) const { return scale * p - shift; }
+
+    double scale; // a power of two
+    double unit;  // 1 / scale: length of 1 in model units
+    Vec3 shift;   // in scaled units
+};
+
+class Bvh {
+public:
+    struct Triangle {
+        Vec3 corner[3]; // in the order of the face's corners, in the frame
+    };
+    struct Hit {
+        double distance_squared;
+        int32_t triangle; // in the order of the hierarchy
+    };
+
+    explicit Bvh(Memory& memory) : nodes_(memory), triangles_(memory), faces_(memory) {}
+    // Replaces what was there. Faces of zero area are kept: they are part of the surface. mesh: at least one face.
+    Status build(Context& context, const Mesh& mesh, const Frame& frame);
+
+    // Triangles are numbered so that neighbours in number are neighbours in space.
+    int32_t size() const { return static_cast<int32_t>(triangles_.size()); }
+    const Triangle& triangle(int32_t t) const { return triangles_[t]; }
+    int32_t face(int32_t t) const { return faces_[t]; } // of the mesh
+
+    double distance_squared(const Vec3& p, int32_t t) const;
+    // The triangle closest to p. near: a triangle that may be close; the better the guess, the less is visited, and of equally
+    // close ones it wins.
+    Hit closest(const Vec3& p, int32_t near) const;
+
+private:
+    struct Node {
+        float lo[3], hi[3];
+        int32_t first; // leaf: first triangle; inner node: left child, the right one follows it
+        int32_t count; // triangles; 0: inner node
+    };
+    struct Primitive;
+
+    static double distance_squared(const Vec3& p, const Node& node);
+    int64_t partition(Primitive* primitives, int64_t begin, int64_t end, int32_t depth) const;
+
+    Array<Node> nodes_;
+    Array<Triangle> triangles_;
+    Array<int32_t> faces_;
+};
+
+} // namespace dm
