@@ -13,7 +13,7 @@ struct MeshInput {
     bool weld = false, strict = false;
 };
 
-// Fills `out` (empty). On failure `out` is to be thrown away and the error sentence is set.
+// Fills `out` (empty), counts included. On failure `out` is to be thrown away and the error sentence is set.
 Status build_mesh(Context& context, const MeshInput& input, Mesh& out);
 
 // Edges, boundary, components, loops and Euler characteristic of a finished connectivity; leaves the repair counts alone.

@@ -1,2 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order matters: each check reads only what those before it found in range, and walks only what they found to be a
+// permutation. So nothing here reads outside an array or runs for ever, whatever the arrays hold.
 #include "mesh/validate.h"
-namespace dm { Status validate_mesh(Context& c, const Mesh&) { return c.fail(DELMESH_ERROR_INTERNAL, "stub"); } }
+
+#include <cmath>
+
+#include "mesh/views.h"
+
+namespace dm {
+namespace {
+
+#define DM_HOLDS(condition, ...)                                                                                                 \
+    do {                                                                                                                         \
+        if (!(condition)) return context_.fail(DELMESH_ERROR_INTERNAL, __VA_ARGS__);                                             \
+    } while (0)
+
+class Validator {
+public:
+    Validator(Context& context, const Mesh& mesh) : context_(context), mesh_(mesh) {}
+
+    Status run() {
+        DM_TRY(check_sizes());
+        DM_TRY(for_each(0, 0.1, mesh_.faces(), [&](int32_t f) { return check_face(f); }));
+        DM_TRY(for_each(0.1, 0.4, mesh_.corners(), [&](int32_t c) { return check_twin(c); }));
+        DM_TRY(check_rings());
+        DM_TRY(check_fans());
+        return check_maps();
+    }
+
+private:
+    template <class Body>
+    Status for_each(double from, double to, int64_t count, Body&& body) {
+        return in_pieces(context_, count, from, to, [&](int64_t begin, int64_t end) -> Status {
+            for (int64_t i = begin; i < end; ++i) DM_TRY(body(static_cast<int32_t>(i)));
+            return DELMESH_OK;
+        });
+    }
+
+    // sizes
+    Status check_sizes() {
+        const int64_t corners = mesh_.corner_vert.size(), vertices = mesh_.vertex_count;
+        const bool single = mesh_.precision == Precision::f32;
+        DM_HOLDS(single || mesh_.precision == Precision::f64, "The precision was %d.", static_cast<int>(mesh_.precision));
+        DM_HOLDS(vertices >= 0, "The vertex count was %d.", mesh_.vertex_count);
+        DM_HOLDS(mesh_.pos32.size() == (single ? 3 * vertices : 0), "pos32 had %lld numbers.", LL{mesh_.pos32.size()});
+        DM_HOLDS(mesh_.pos64.size() == (single ? 0 : 3 * vertices), "pos64 had %lld numbers.", LL{mesh_.pos64.size()});
+        DM_HOLDS(corners % 3 == 0 && corners <= INT32_MAX, "corner_vert had %lld corners.", LL{corners});
+        DM_HOLDS(mesh_.corner_twin.size() == corners, "corner_twin had %lld corners of %lld.", LL{mesh_.corner_twin.size()},
+                 LL{corners});
+        DM_HOLDS(fits_or_empty(mesh_.corner_bits, corners), "corner_bits had %lld corners of %lld.", LL{mesh_.corner_bits.size()},
+                 LL{corners});
+        DM_HOLDS(fits_or_empty(mesh_.face_source, corners / 3), "face_source had %lld faces of %lld.",
+                 LL{mesh_.face_source.size()}, LL{corners / 3});
+        DM_HOLDS(fits_or_empty(mesh_.vert_source, vertices), "vert_source had %lld vertices of %lld.",
+                 LL{mesh_.vert_source.size()}, LL{vertices});
+        DM_HOLDS(fits_or_empty(mesh_.vert_join, vertices), "vert_join had %lld vertices of %lld.", LL{mesh_.vert_join.size()},
+                 LL{vertices});
+        DM_HOLDS(mesh_.first_split >= 0 && mesh_.first_split + mesh_.split_map.size() == vertices,
+                 "first_split was %d with %lld split vertices of %lld.", mesh_.first_split, LL{mesh_.split_map.size()},
+                 LL{vertices});
+        DM_HOLDS(mesh_.cut_slots.size() <= INT32_MAX, "cut_slots had %lld slots.", LL{mesh_.cut_slots.size()});
+        return DELMESH_OK;
+    }
+    template <class T>
+    static bool fits_or_empty(const Array<T>& array, int64_t size) {
+        return array.empty() || array.size() == size;
+    }
+
+    // faces: three different vertices in range, with finite positions
+    Status check_face(int32_t f) {
+        int32_t v[3];
+        for (int k = 0; k < 3; ++k) {
+            v[k] = mesh_.corner_vert[3 * static_cast<int64_t>(f) + k];
+            DM_HOLDS(v[k] >= 0 && v[k] < mesh_.vertices(), "Corner %d of face %d had vertex %d of %d.", k, f, v[k],
+                     mesh_.vertices());
+            DM_HOLDS(is_finite(mesh_.position(v[k])), "Vertex %d of face %d had a NaN or infinite coordinate.", v[k], f);
+        }
+        DM_HOLDS(v[0] != v[1] && v[1] != v[2] && v[2] != v[0], "Face %d had a vertex twice.", f);
+        DM_HOLDS(mesh_.face_source.empty() || mesh_.face_source[f] >= 0, "Face %d had source %d.", f, mesh_.face_source[f]);
+        return DELMESH_OK;
+    }
+
+    // twins: symmetric, running opposite ways between the same vertices in different faces, with the same bits
+    Status check_twin(int32_t c) {
+        const int32_t t = mesh_.corner_twin[c];
+        constexpr int kKnownBits = kEdgeMarked | kEdgeFeature | kEdgeSource;
+        const int bits = mesh_.corner_bits.empty() ? 0 : mesh_.corner_bits[c];
+        DM_HOLDS((bits & ~kKnownBits) == 0, "Corner %d had edge bits %d.", c, bits);
+        if (t == kBoundary) return DELMESH_OK;
+        if (is_cut(t)) {
+            const int64_t slot = -2 - static_cast<int64_t>(t);
+            DM_HOLDS(slot < mesh_.cut_slots.size() && mesh_.cut_slots[slot].corner == c,
+                     "Corner %d had slot %lld, which was not its own.", c, LL{slot});
+            return DELMESH_OK;
+        }
+        DM_HOLDS(t < mesh_.corners() && mesh_.corner_twin[t] == c, "Corner %d had twin %d, which was not its own.", c, t);
+        DM_HOLDS(face_of(t) != face_of(c), "Corner %d had its twin %d in the same face.", c, t);
+        DM_HOLDS(mesh_.corner_vert[t] == mesh_.corner_vert[next_corner(c)] &&
+                     mesh_.corner_vert[next_corner(t)] == mesh_.corner_vert[c],
+                 "Corner %d and its twin %d had different vertices.", c, t);
+        DM_HOLDS(mesh_.corner_bits.empty() || mesh_.corner_bits[t] == bits, "Corner %d and its twin %d had different bits.", c,
+                 t);
+        return DELMESH_OK;
+    }
+
+    // rings: every slot has one before it, and stands for a copy of the same edge as that one. A slot without a corner (its face
+    // was removed) stands alone.
+    Status check_rings() {
+        const int64_t slots = mesh_.cut_slots.size();
+        Array<uint8_t> follows(context_.memory(), slots, 0);
+        return for_each(0.4, 0.5, slots, [&](int32_t s) -> Status {
+            const CutSlot slot = mesh_.cut_slots[s];
+            DM_HOLDS(slot.next >= 0 && slot.next < slots && follows[slot.next] == 0, "Slot %d had no right successor: %d.", s,
+                     slot.next);
+            follows[slot.next] = 1;
+            if (slot.corner == -1 && slot.next == s) return DELMESH_OK;
+            DM_HOLDS(slot.corner >= 0 && slot.corner < mesh_.corners() && mesh_.corner_twin[slot.corner] == cut_twin(s),
+                     "Slot %d had corner %d, which was not its own.", s, slot.corner);
+            const int32_t other = mesh_.cut_slots[slot.next].corner;
+            DM_HOLDS(other >= 0 && other < mesh_.corners(), "Slot %d had corner %d.", slot.next, other);
+            const int32_t p = joined(slot.corner), q = joined(next_corner(slot.corner)), x = joined(other),
+                          y = joined(next_corner(other));
+            DM_HOLDS((p == x && q == y) || (p == y && q == x), "Slots %d and %d were no copies of one edge.", s, slot.next);
+            return DELMESH_OK;
+        });
+    }
+    int32_t joined(int32_t c) const {
+        const int32_t v = mesh_.corner_vert[c];
+        return mesh_.vert_join.empty() ? v : mesh_.vert_join[v];
+    }
+
+    // vertices: all faces of one form one fan. Rotation is a permutation of the corners as far as it goes, because twins are.
+    Status check_fans() {
+        Array<uint8_t> walked(context_.memory(), mesh_.corners(), 0);
+        Array<uint8_t> used(context_.memory(), mesh_.vertices(), 0);
+        return for_each(0.5, 0.9, mesh_.corners(), [&](int32_t first) -> Status {
+            if (walked[first] != 0) return DELMESH_OK;
+            uint8_t& mark = used[mesh_.corner_vert[first]];
+            DM_HOLDS(mark == 0, "Vertex %d had several fans of faces.", mesh_.corner_vert[first]);
+            mark = 1;
+            int32_t c = first;
+            do {
+                walked[c] = 1;
+                c = mesh_.corner_twin[prev_corner(c)];
+            } while (c >= 0 && c != first);
+            if (c >= 0) return DELMESH_OK;
+            for (c = mesh_.corner_twin[first]; c >= 0; c = mesh_.corner_twin[c]) {
+                c = next_corner(c);
+                walked[c] = 1;
+            }
+            return DELMESH_OK;
+        });
+    }
+
+    // maps: sources, joins to a lower vertex at the same place, and weights that sum to 1
+    Status check_maps() {
+        const bool has_source = !mesh_.vert_source.empty(), has_join = !mesh_.vert_join.empty();
+        return for_each(0.9, 1, mesh_.vertices(), [&](int32_t v) -> Status {
+            if (has_source) {
+                const int32_t source = mesh_.vert_source[v];
+                DM_HOLDS(v < mesh_.first_split ? source >= 0 : source == -1, "Vertex %d had source %d.", v, source);
+            }
+            if (has_join) {
+                const int32_t join = mesh_.vert_join[v];
+                DM_HOLDS(join >= 0 && join <= v && mesh_.vert_join[join] == join, "Vertex %d was joined to %d.", v, join);
+                DM_HOLDS(same_position(v, join), "Vertex %d was joined to %d, which lay elsewhere.", v, join);
+            }
+            if (v < mesh_.first_split) return DELMESH_OK;
+            const VertexMap& map = mesh_.split_map[v - mesh_.first_split];
+            DM_HOLDS(map.vert[0] >= 0 && map.vert[1] >= 0 && map.vert[2] >= 0, "Vertex %d lay on a vertex out of range.", v);
+            const double sum = map.weight[0] + map.weight[1] + map.weight[2];
+            DM_HOLDS(std::abs(sum - 1) < 1e-9, "Vertex %d had weights that did not sum to 1.", v); // false for NaN too
+            return DELMESH_OK;
+        });
+    }
+    bool same_position(int32_t v, int32_t w) const {
+        const int64_t i = 3 * static_cast<int64_t>(v), k = 3 * static_cast<int64_t>(w);
+        if (mesh_.precision == Precision::f32)
+            return std::memcmp(mesh_.pos32.data() + i, mesh_.pos32.data() + k, 3 * sizeof(float)) == 0;
+        return std::memcmp(mesh_.pos64.data() + i, mesh_.pos64.data() + k, 3 * sizeof(double)) == 0;
+    }
+
+    using LL = long long; // for %lld
+    Context& context_;
+    const Mesh& mesh_;
+};
+
+#undef DM_HOLDS
+
+} // namespace
+
+Status validate_mesh(Context& context, const Mesh& mesh) {
+    return Validator(context, mesh).run();
+}
+
+} // namespace dm

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shim_build.h"
+
+#include "mesh/build.h"
+#include "mesh/validate.h"
+
+using namespace dm;
+
+struct shim_mesh {
+    shim_mesh(const delmesh_context_options& options, Memory* memory) : context(options, memory), mesh(*memory) {}
+    Context context;
+    Mesh mesh;
+    Status status = DELMESH_OK;
+};
+
+namespace {
+
+template <class Call>
+void guarded(shim_mesh& m, Call&& call) {
+    try {
+        m.status = call();
+    } catch (const AllocationFailure& failure) {
+        m.status = failure.status;
+    }
+}
+
+MeshInput input_of(const delmesh_mesh_desc& desc) {
+    return {desc.positions,    desc.corner_verts, desc.face_offsets, desc.face_sizes,
+            desc.marked_edges, desc.weld != 0,    desc.strict != 0};
+}
+
+} // namespace
+
+extern "C" {
+
+shim_mesh* shim_mesh_make(const delmesh_context_options* options, const delmesh_mesh_desc* desc, int32_t cancel) {
+    delmesh_context_options used{};
+    if (options != nullptr) used = *options;
+    Memory* const memory = Memory::create(used);
+    shim_mesh* const m = new shim_mesh(used, memory);
+    if (cancel != 0) m->context.request_cancel();
+    guarded(*m, [&] { return build_mesh(m->context, input_of(*desc), m->mesh); });
+    return m;
+}
+
+int32_t shim_mesh_status(const shim_mesh* m) {
+    return m->status;
+}
+const char* shim_mesh_error(const shim_mesh* m) {
+    return m->context.error_text();
+}
+uint64_t shim_mesh_peak(const shim_mesh* m) {
+    return m->context.memory().peak();
+}
+
+delmesh_mesh_info shim_mesh_info(const shim_mesh* m) {
+    const MeshCounts& n = m->mesh.counts;
+    delmesh_mesh_info info{};
+    info.vertices = m->mesh.vertices();
+    info.faces = m->mesh.faces();
+    info.corners = m->mesh.corners();
+    info.edges = n.edges;
+    info.boundary_edges = n.boundary_edges;
+    info.isolated_vertices = n.isolated_vertices;
+    info.components = n.components;
+    info.boundary_loops = n.boundary_loops;
+    info.euler_characteristic = n.euler_characteristic;
+    info.polygons = n.polygons;
+    info.welded_vertices = n.welded_vertices;
+    info.degenerate_faces = n.degenerate_faces;
+    info.duplicate_faces = n.duplicate_faces;
+    info.non_finite_faces = n.non_finite_faces;
+    info.reoriented_faces = n.reoriented_faces;
+    info.nonmanifold_edges = n.nonmanifold_edges;
+    info.nonmanifold_vertices = n.nonmanifold_vertices;
+    info.copied_vertices = n.copied_vertices;
+    info.unmatched_marked_edges = n.unmatched_marked_edges;
+    return info;
+}
+
+shim_arrays shim_mesh_arrays(shim_mesh* m) {
+    Mesh& a = m->mesh;
+    static_assert(sizeof(CutSlot) == 2 * sizeof(int32_t));
+    return {a.pos32.data(),       a.pos64.data(),       a.corner_vert.data(),
+            a.corner_twin.data(), a.corner_bits.data(), reinterpret_cast<int32_t*>(a.cut_slots.data()),
+            a.face_source.data(), a.vert_source.data(), a.vert_join.data(),
+            a.pos32.size(),       a.pos64.size(),       a.corner_vert.size(),
+            a.corner_twin.size(), a.corner_bits.size(), a.cut_slots.size(),
+            a.face_source.size(), a.vert_source.size(), a.vert_join.size(),
+            a.vertex_count,       a.first_split};
+}
+
+int32_t shim_mesh_validate(shim_mesh* m) {
+    guarded(*m, [&] { return validate_mesh(m->context, m->mesh); });
+    return m->status;
+}
+
+void shim_mesh_free(shim_mesh* m) {
+    delete m;
+}
+
+void shim_mesh_set(shim_mesh* m, int32_t field, int32_t value) {
+    switch (field) {
+    case SHIM_VERTEX_COUNT:
+        m->mesh.vertex_count = value;
+        break;
+    case SHIM_FIRST_SPLIT:
+        m->mesh.first_split = value;
+        break;
+    default:
+        m->mesh.precision = static_cast<Precision>(value);
+        break;
+    }
+}
+
+void shim_mesh_shorten(shim_mesh* m, int32_t array) {
+    Mesh& a = m->mesh;
+    const auto shorten = [](auto& elements) { elements.resize_uninitialized(elements.size() - 1); };
+    switch (array) {
+    case 0:
+        shorten(a.pos32);
+        break;
+    case 1:
+        shorten(a.corner_vert);
+        break;
+    case 2:
+        shorten(a.corner_twin);
+        break;
+    case 3:
+        shorten(a.corner_bits);
+        break;
+    case 4:
+        shorten(a.cut_slots);
+        break;
+    case 5:
+        shorten(a.face_source);
+        break;
+    case 6:
+        shorten(a.vert_source);
+        break;
+    default:
+        shorten(a.vert_join);
+        break;
+    }
+}
+
+void shim_mesh_set_split(shim_mesh* m, int32_t vert, double weight0, double weight1, double weight2) {
+    Mesh& a = m->mesh;
+    a.first_split = a.vertex_count - 1;
+    a.split_map.clear();
+    a.split_map.push_back({{vert, vert, vert}, {weight0, weight1, weight2}});
+    if (!a.vert_source.empty()) a.vert_source[a.first_split] = -1;
+}
+
+} // extern "C"
