@@ -108,8 +108,7 @@ Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, d
 // -- hand out
 
 int32_t source_of(const Mesh& in, const Surface& s, int32_t v) {
-    if (v >= s.first_copy && v < s.first_split) v = s.copy_of[v - s.first_copy];
-    while (v >= s.first_copy) v = s.copy_of[v - s.first_copy]; // a copy of a copy
+    v = s.copied(v);
     return in.vert_source.empty() ? v : in.vert_source[v];
 }
 
@@ -228,13 +227,20 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     }
     if (!s.vert_root.empty() || s.first_split != s.first_copy || !in.vert_join.empty()) {
         out.vert_join.reserve(count);
+        Array<int32_t> stand_in(memory); // for a root that is left out: the first of its copies that stays
+        if (!moved.empty()) stand_in.assign(all, -1);
         for (int32_t v = 0; v < all; ++v) {
             if (!stays(v)) continue;
             int32_t root = v;
             if (!s.vert_root.empty()) root = s.vert_root[v];
-            else if (v >= s.first_copy && v < s.first_split) root = s.copy_of[v - s.first_copy];
-            else if (v < s.first_copy && !in.vert_join.empty()) root = in.vert_join[v];
-            if (!stays(root)) root = v;
+            else if (s.is_original(v)) {
+                root = s.copied(v);
+                if (!in.vert_join.empty()) root = in.vert_join[root];
+            }
+            if (!stays(root)) {
+                if (stand_in[root] < 0) stand_in[root] = v;
+                root = stand_in[root];
+            }
             out.vert_join.push_back(moved.empty() ? root : moved[root]);
         }
     }
@@ -333,6 +339,9 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     const bool repaired = surface.dead_faces != 0 || surface.first_split != surface.first_copy;
     DM_TRY(hand_out(context, in, surface, options, out));
     DM_TRY(count(context, in, repaired, out));
+#if defined(DELMESH_DEBUG_CHECKS)
+    DM_TRY(validate_mesh(context, out));
+#endif
     report.vertices_out = out.vertices();
     report.faces_out = out.faces();
 
