@@ -151,7 +151,7 @@ typedef struct delmesh_context_options {
 DELMESH_API void delmesh_context_options_init(delmesh_context_options* options, uint32_t struct_size);
 
 /* options: NULL for the defaults; copied. Every array and all scratch comes from the allocator; a few hundred bytes of
- * bookkeeping (thread handles) come from the C++ runtime. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY, UNSUPPORTED. O(1). */
+ * bookkeeping (thread handles) come from the C++ runtime. Errors: INVALID_ARGUMENT, UNSUPPORTED, memory. O(1). */
 DELMESH_API int32_t delmesh_context_create(const delmesh_context_options* options, delmesh_context** out);
 /* Joins the context's threads. Meshes made with it stay valid and are destroyed on their own. NULL is fine. */
 DELMESH_API void delmesh_context_destroy(delmesh_context* context);

@@ -83,8 +83,9 @@ delmesh_view view(const T* data, std::size_t count, int32_t components = 1, std:
 }
 template <class T>
 delmesh_view view(const std::vector<T>& numbers, int32_t components = 1) {
-    if (numbers.size() % static_cast<std::size_t>(components) != 0) throw std::invalid_argument("The vector holds no whole elements.");
-    return view(numbers.data(), numbers.size() / static_cast<std::size_t>(components), components);
+    const auto width = static_cast<std::size_t>(components);
+    if (numbers.size() % width != 0) throw std::invalid_argument("The vector did not hold whole elements.");
+    return view(numbers.data(), numbers.size() / width, components);
 }
 template <class T>
 delmesh_view_mut view_mut(T* data, std::size_t count, int32_t components = 1, std::ptrdiff_t stride = 0) {

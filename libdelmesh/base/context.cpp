@@ -34,7 +34,7 @@ void Context::log(int32_t level, const char* format, ...) {
 }
 
 Status Context::cancelled() {
-    cancel_.store(true, std::memory_order_relaxed); // workers stop too; end_call clears it
+    request_cancel(); // workers stop too; end_call clears it
     return fail(DELMESH_ERROR_CANCELLED, "The call was cancelled during '%s'.", stage_name_);
 }
 
@@ -71,9 +71,11 @@ bool Context::begin_call() {
     return true;
 }
 
-void Context::end_call() {
-    cancel_.store(false, std::memory_order_relaxed);
+Status Context::end_call(Status status) {
+    if (cancel_.exchange(false, std::memory_order_relaxed))
+        status = fail(DELMESH_ERROR_CANCELLED, "The call was cancelled during '%s'.", stage_name_);
     busy_.store(false, std::memory_order_release);
+    return status;
 }
 
 } // namespace dm

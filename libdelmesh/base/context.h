@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every operation carries: memory, error sentence, progress, cancel flag, log, threads. Passed by reference everywhere; there
-// is no global and no thread-local state.
+// What every operation carries: memory, error sentence, progress, cancel flag, log, threads. Passed by reference everywhere;
+// there is no global and no thread-local state.
 #pragma once
 
 #include <atomic>
@@ -24,7 +24,7 @@ public:
     Memory& memory() { return *memory_; }
     const Memory& memory() const { return *memory_; }
 
-    // -- errors: `return ctx.fail(DELMESH_ERROR_..., "face %lld ...", f);`
+    // -- errors: `return ctx.fail(DELMESH_ERROR_..., "Face %lld ...", f);` Doubles go in as "%s", Number(x).text (base/number.h).
     Status fail(Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));
     const char* error_text() const { return error_; }
     void clear_error() { error_[0] = 0; }
@@ -42,9 +42,10 @@ public:
     void request_cancel() { cancel_.store(true, std::memory_order_relaxed); }
     bool cancel_requested() const { return cancel_.load(std::memory_order_relaxed); }
 
-    // Every public call that can be cancelled is bracketed by these (api/guard.h). begin_call fails when the context is busy.
+    // Every public call is bracketed by these (api/guard.h). begin_call fails when the context is busy. end_call returns what the
+    // call is to return: a cancel that came before it belongs to this call, whatever the call did; one after it to the next call.
     bool begin_call();
-    void end_call();
+    Status end_call(Status status);
 
     // -- threads
     int32_t max_threads() const { return pool_.max_threads(); }

@@ -1,14 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/parallel.h"
 
-#include <system_error>
+#include <exception>
+
+#include "base/fp_env.h"
 
 namespace dm {
+namespace {
+
+// The host's threads have the host's floating-point environment. (Own threads inherit that of the call that starts them.)
+struct HostTask {
+    delmesh_task_fn task;
+    void* data;
+    static void call(void* host_task, int32_t index) {
+        const FloatEnvironment environment;
+        const HostTask& t = *static_cast<const HostTask*>(host_task);
+        t.task(t.data, index);
+    }
+};
+
+} // namespace
 
 ThreadPool::ThreadPool(int32_t max_threads, delmesh_parallel_for_fn host, void* host_user)
     : max_threads_(max_threads), host_(host), host_user_(host_user) {
-    if (max_threads_ <= 0) max_threads_ = static_cast<int32_t>(std::thread::hardware_concurrency());
-    if (max_threads_ < 1) max_threads_ = 1;
+    if (max_threads_ == 0)
+        max_threads_ = host_ != nullptr ? kMostThreads : static_cast<int32_t>(std::thread::hardware_concurrency());
+    if (max_threads_ < 1) max_threads_ = 1; // the system could not tell
     if (max_threads_ > kMostThreads) max_threads_ = kMostThreads;
 }
 
@@ -25,7 +42,7 @@ void ThreadPool::start_threads() {
     while (started_ < max_threads_ - 1) {
         try {
             threads_[started_] = std::thread([this] { work(); });
-        } catch (const std::system_error&) {
+        } catch (const std::exception&) {
             max_threads_ = started_ + 1; // the system has no more threads to give: go on with what there is
             return;
         }
@@ -55,12 +72,13 @@ void ThreadPool::work() {
 
 void ThreadPool::run(int32_t count, delmesh_task_fn task, void* data) {
     if (count <= 0) return;
-    if (host_ != nullptr && max_threads_ > 1 && count > 1) {
-        host_(host_user_, count, task, data);
-        return;
-    }
     if (max_threads_ == 1 || count == 1) {
         for (int32_t i = 0; i < count; ++i) task(data, i);
+        return;
+    }
+    if (host_ != nullptr) {
+        HostTask host_task{task, data};
+        host_(host_user_, count, HostTask::call, &host_task);
         return;
     }
     start_threads();

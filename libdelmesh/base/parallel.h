@@ -14,7 +14,7 @@ namespace dm {
 
 class ThreadPool {
 public:
-    // max_threads 0: one per core. Own threads start with the first run() that has use for them.
+    // max_threads 0: one per core, or as the host's pool sees fit. Own threads start with the first run() that has use for them.
     ThreadPool(int32_t max_threads, delmesh_parallel_for_fn host, void* host_user);
     ~ThreadPool(); // joins
     ThreadPool(const ThreadPool&) = delete;

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "api/options.h"
+
+#include <cmath>
+
+#include "base/number.h"
+
+namespace dm {
+
+// ---- Defaults: what is not named here is zero -------------------------------------------------------------------------------
+
+namespace {
+template <class T>
+T sized() {
+    T value{};
+    value.struct_size = sizeof(T);
+    return value;
+}
+} // namespace
+
+template <>
+delmesh_context_options defaults() { return sized<delmesh_context_options>(); }
+template <>
+delmesh_mesh_desc defaults() { return sized<delmesh_mesh_desc>(); }
+template <>
+delmesh_mesh_info defaults() { return sized<delmesh_mesh_info>(); }
+template <>
+delmesh_certify_options defaults() { return sized<delmesh_certify_options>(); }
+template <>
+delmesh_certify_report defaults() { return sized<delmesh_certify_report>(); }
+template <>
+delmesh_quality_report defaults() { return sized<delmesh_quality_report>(); }
+
+template <>
+delmesh_remesh_options defaults() {
+    auto options = sized<delmesh_remesh_options>();
+    options.precision = DELMESH_FLOAT32;
+    options.feature_angle = 30;
+    options.max_normal_turn = -1;
+    options.tolerance = -1;
+    return options;
+}
+
+template <>
+delmesh_remesh_report defaults() {
+    auto report = sized<delmesh_remesh_report>();
+    report.surface_bound = -1;
+    return report;
+}
+
+template <>
+delmesh_distance_options defaults() {
+    auto options = sized<delmesh_distance_options>();
+    options.compute_bound = 1;
+    options.relative_error = 0.1;
+    options.absolute_error = 1e-4;
+    return options;
+}
+
+template <>
+delmesh_distance_report defaults() {
+    auto report = sized<delmesh_distance_report>();
+    report.hausdorff_bound = report.a_to_b_bound = report.b_to_a_bound = -1;
+    return report;
+}
+
+// ---- Sizes ------------------------------------------------------------------------------------------------------------------
+
+Status copy_known_part(const void* given, void* out, uint32_t known_size) {
+    uint32_t size;
+    std::memcpy(&size, given, sizeof size);
+    if (!is_struct_size(size)) return DELMESH_ERROR_INVALID_ARGUMENT;
+    const auto* bytes = static_cast<const unsigned char*>(given);
+    for (uint32_t i = known_size; i < size; ++i)
+        if (bytes[i] != 0) return DELMESH_ERROR_UNSUPPORTED;
+    std::memcpy(out, given, size < known_size ? size : known_size);
+    std::memcpy(out, &known_size, sizeof known_size);
+    return DELMESH_OK;
+}
+
+// ---- Fields -----------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+template <class T>
+Status read_sized(Context& context, const char* name, const T* given, T& out) {
+    out = defaults<T>();
+    if (given == nullptr) return DELMESH_OK;
+    const Status status = copy_known_part(given, &out, sizeof(T));
+    if (status == DELMESH_ERROR_INVALID_ARGUMENT)
+        return context.fail(status, "The struct_size of '%s' was %u: its _init function was not called.", name,
+                            given->struct_size);
+    if (status == DELMESH_ERROR_UNSUPPORTED)
+        return context.fail(status, "A field of '%s' past its first %zu bytes was set, which this older library does not know.",
+                            name, sizeof(T));
+    return status;
+}
+
+Status check_integer(Context& context, const char* name, int64_t value, int64_t least, int64_t most) {
+    if (value >= least && value <= most) return DELMESH_OK;
+    return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The option '%s' was %lld, outside %lld to %lld.", name,
+                        static_cast<long long>(value), static_cast<long long>(least), static_cast<long long>(most));
+}
+
+Status check_number(Context& context, const char* name, double value, double least, double most) {
+    if (value >= least && value <= most && std::isfinite(value)) return DELMESH_OK;
+    return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The option '%s' was %s, outside %s to %s.", name, Number(value).text,
+                        Number(least).text, Number(most).text);
+}
+
+constexpr double kInfinity = HUGE_VAL;
+
+} // namespace
+
+Status read_options(const delmesh_context_options* given, delmesh_context_options& out) {
+    out = defaults<delmesh_context_options>();
+    if (given == nullptr) return DELMESH_OK;
+    DM_TRY(copy_known_part(given, &out, sizeof out));
+    const bool pair = (out.alloc == nullptr) == (out.free == nullptr);
+    return pair && out.max_threads >= 0 ? DELMESH_OK : DELMESH_ERROR_INVALID_ARGUMENT;
+}
+
+Status read_options(Context& context, const delmesh_mesh_desc* given, delmesh_mesh_desc& out) {
+    if (given == nullptr) return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'desc' was NULL.");
+    DM_TRY(read_sized(context, "desc", given, out));
+    DM_TRY(check_integer(context, "weld", out.weld, DELMESH_WELD_NONE, DELMESH_WELD_EXACT));
+    DM_TRY(check_integer(context, "strict", out.strict, 0, 1));
+    return check_integer(context, "reserved0", out.reserved0, 0, 0);
+}
+
+Status read_options(Context& context, const delmesh_remesh_options* given, delmesh_remesh_options& out) {
+    DM_TRY(read_sized(context, "options", given, out));
+    DM_TRY(check_integer(context, "mode", out.mode, DELMESH_MODE_PRESERVE, DELMESH_MODE_FEATURE));
+    DM_TRY(check_integer(context, "placement", out.placement, DELMESH_PLACEMENT_INTERVAL, DELMESH_PLACEMENT_SHELLS));
+    DM_TRY(check_integer(context, "boundary", out.boundary, DELMESH_BOUNDARY_NONOBTUSE, DELMESH_BOUNDARY_IGNORE));
+    DM_TRY(check_integer(context, "precision", out.precision, DELMESH_FLOAT32, DELMESH_FLOAT64));
+    DM_TRY(check_integer(context, "strict", out.strict, 0, 1));
+    DM_TRY(check_integer(context, "compact", out.compact, 0, 1));
+    DM_TRY(check_integer(context, "reserved0", out.reserved0, 0, 0));
+    DM_TRY(check_number(context, "feature_angle", out.feature_angle, 0, 180));
+    DM_TRY(check_number(context, "max_normal_turn", out.max_normal_turn, -kInfinity, 180));
+    DM_TRY(check_number(context, "shell_unit", out.shell_unit, -kInfinity, kInfinity));
+    DM_TRY(check_number(context, "tolerance", out.tolerance, -kInfinity, kInfinity));
+    DM_TRY(check_integer(context, "max_vertices", out.max_vertices, 0, INT64_MAX));
+    return check_integer(context, "split_budget", out.split_budget, 0, INT64_MAX);
+}
+
+Status read_options(Context& context, const delmesh_certify_options* given, delmesh_certify_options& out) {
+    DM_TRY(read_sized(context, "options", given, out));
+    return check_integer(context, "boundary", out.boundary, DELMESH_BOUNDARY_NONOBTUSE, DELMESH_BOUNDARY_IGNORE);
+}
+
+Status read_options(Context& context, const delmesh_distance_options* given, delmesh_distance_options& out) {
+    DM_TRY(read_sized(context, "options", given, out));
+    DM_TRY(check_integer(context, "compute_bound", out.compute_bound, 0, 1));
+    DM_TRY(check_integer(context, "samples", out.samples, 0, INT64_MAX));
+    DM_TRY(check_number(context, "relative_error", out.relative_error, 0, kInfinity));
+    // The bound of a surface to itself comes down to the absolute part alone: at 0 it would be refined for ever.
+    return check_number(context, "absolute_error", out.absolute_error, 1e-9, kInfinity);
+}
+
+} // namespace dm

@@ -1,0 +1,338 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "support.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* ---- Shapes -------------------------------------------------------------------------------------------------------------- */
+
+static Shape new_shape(int32_t verts, int32_t faces) {
+    Shape shape = {calloc((size_t)verts * 3, sizeof(double)), calloc((size_t)faces * 3, sizeof(int32_t)), verts, faces};
+    assert_non_null(shape.positions);
+    assert_non_null(shape.corners);
+    return shape;
+}
+
+static void set_vert(Shape* shape, int32_t v, double x, double y, double z) {
+    shape->positions[3 * v] = x, shape->positions[3 * v + 1] = y, shape->positions[3 * v + 2] = z;
+}
+
+static void set_face(Shape* shape, int32_t f, int32_t a, int32_t b, int32_t c) {
+    shape->corners[3 * f] = a, shape->corners[3 * f + 1] = b, shape->corners[3 * f + 2] = c;
+}
+
+void free_shape(Shape* shape) {
+    free(shape->positions);
+    free(shape->corners);
+}
+
+/* Exact in float32 up to the division, and made without libm, so that all machines see the same shape. */
+Shape sheet_shape(int32_t side) {
+    Shape shape = new_shape(side * side, 2 * (side - 1) * (side - 1));
+    int32_t f = 0;
+    for (int32_t y = 0; y < side; ++y)
+        for (int32_t x = 0; x < side; ++x) {
+            set_vert(&shape, y * side + x, x + 0.9 * y, y + ((x * 5 + y * 3) % 7) / 16.0,
+                     ((x * x + 3 * y * y + x * y) % 11) / 8.0);
+            if (x + 1 == side || y + 1 == side) continue;
+            const int32_t a = y * side + x;
+            set_face(&shape, f++, a, a + 1, a + side + 1);
+            set_face(&shape, f++, a, a + side + 1, a + side);
+        }
+    return shape;
+}
+
+Shape torus_shape(int32_t around, int32_t across) {
+    Shape shape = new_shape(around * across, 2 * around * across);
+    const double turn = 8 * atan(1);
+    for (int32_t i = 0; i < around; ++i)
+        for (int32_t j = 0; j < across; ++j) {
+            const double u = turn * i / around, v = turn * (j + 0.8 * sin(2 * u)) / across;
+            set_vert(&shape, i * across + j, (2 + 0.7 * cos(v)) * cos(u), (2 + 0.7 * cos(v)) * sin(u), 0.7 * sin(v));
+            const int32_t i1 = (i + 1) % around * across, j1 = (j + 1) % across, i0 = i * across;
+            set_face(&shape, 2 * (i0 + j), i0 + j, i1 + j, i1 + j1);
+            set_face(&shape, 2 * (i0 + j) + 1, i0 + j, i1 + j1, i0 + j1);
+        }
+    return shape;
+}
+
+/* Vertices 0 and 1 are the spine, 2 + 2 k and 3 + 2 k the outer corners of page k, 10 is loose. */
+Shape book_shape(void) {
+    static const double out[4][2] = {{1, 0}, {0, 1}, {-1, 0.25}, {0.5, -1}};
+    Shape shape = new_shape(11, 9);
+    set_vert(&shape, 1, 0, 0, 4);
+    for (int32_t k = 0; k < 4; ++k) {
+        const int32_t a = 2 + 2 * k, b = a + 1;
+        set_vert(&shape, a, out[k][0], out[k][1], 3);
+        set_vert(&shape, b, out[k][0], out[k][1], 7);
+        if (k == 2) {
+            set_face(&shape, 2 * k, 0, 1, a);
+            set_face(&shape, 2 * k + 1, 1, b, a);
+        } else {
+            set_face(&shape, 2 * k, 1, 0, a);
+            set_face(&shape, 2 * k + 1, 1, a, b);
+        }
+    }
+    set_face(&shape, 8, 0, 2, 1); /* the first face of page 0 once more */
+    set_vert(&shape, 10, 9, 9, 9);
+    return shape;
+}
+
+Shape moebius_shape(void) {
+    Shape shape = new_shape(5, 5);
+    for (int32_t v = 0; v < 5; ++v) {
+        set_vert(&shape, v, v, v * v, v * v * v);
+        set_face(&shape, v, v, (v + 1) % 5, (v + 2) % 5);
+    }
+    return shape;
+}
+
+/* ---- Host ---------------------------------------------------------------------------------------------------------------- */
+
+static void expect(Host* host, int in_contract) {
+    if (!in_contract || !pthread_equal(pthread_self(), host->thread)) host->misused = 1;
+}
+
+static void* host_alloc(void* user, uint64_t size, uint64_t align) {
+    Host* host = user;
+    expect(host, size > 0 && align > 0 && align <= 64 && (align & (align - 1)) == 0);
+    if (++host->allocations == host->fail_at) return NULL;
+    void* pointer = NULL;
+    if (posix_memalign(&pointer, align < sizeof(void*) ? sizeof(void*) : align, size) != 0) return NULL;
+    memset(pointer, 0xa5, size); /* what nobody has written looks like nothing */
+    host->live_blocks += 1;
+    host->live_bytes += (int64_t)size;
+    return pointer;
+}
+
+static void host_free(void* user, void* pointer, uint64_t size) {
+    Host* host = user;
+    expect(host, pointer != NULL);
+    host->live_blocks -= 1;
+    host->live_bytes -= (int64_t)size;
+    memset(pointer, 0x5a, size); /* also checks the size */
+    free(pointer);
+}
+
+static int32_t host_progress(void* user, double fraction, const char* stage) {
+    Host* host = user;
+    expect(host, fraction >= 0 && fraction <= 1);
+    if (fraction < host->last_fraction && host->progress_calls != 0) host->fraction_fell = 1;
+    host->last_fraction = fraction;
+    snprintf(host->last_stage, sizeof host->last_stage, "%s", stage);
+    return ++host->progress_calls == host->cancel_at ? 0 : DELMESH_CONTINUE;
+}
+
+static void host_log(void* user, int32_t level, const char* text) {
+    Host* host = user;
+    expect(host, (level == DELMESH_LOG_INFO || level == DELMESH_LOG_WARNING) && text[0] != 0 && strchr(text, '\n') == NULL);
+    host->log_lines += 1;
+}
+
+void host_init(Host* host, delmesh_context_options* options) {
+    memset(host, 0, sizeof *host);
+    host->thread = pthread_self();
+    delmesh_context_options_init(options, sizeof *options);
+    options->user = host;
+    options->alloc = host_alloc;
+    options->free = host_free;
+    options->progress = host_progress;
+    options->log = host_log;
+    options->max_threads = 1;
+}
+
+delmesh_context* host_context(Host* host, int32_t max_threads) {
+    delmesh_context_options options;
+    host_init(host, &options);
+    options.max_threads = max_threads;
+    delmesh_context* context = NULL;
+    assert_status(delmesh_context_create(&options, &context), NULL, DELMESH_OK);
+    return context;
+}
+
+void assert_nothing_left(const Host* host) {
+    assert_int_equal(host->live_blocks, 0);
+    assert_int_equal(host->live_bytes, 0);
+    assert_false(host->misused);
+}
+
+/* ---- Meshes -------------------------------------------------------------------------------------------------------------- */
+
+delmesh_mesh_desc shape_desc(const Shape* shape) {
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = (delmesh_view){shape->positions, shape->verts, 0, DELMESH_FLOAT64, 3};
+    desc.corner_verts = (delmesh_view){shape->corners, shape->faces, 0, DELMESH_INT32, 3};
+    return desc;
+}
+
+delmesh_mesh* shape_mesh(delmesh_context* context, const Shape* shape) {
+    const delmesh_mesh_desc desc = shape_desc(shape);
+    delmesh_mesh* mesh = NULL;
+    assert_status(delmesh_mesh_create(context, &desc, &mesh), context, DELMESH_OK);
+    return mesh;
+}
+
+void* exactly(size_t bytes) { return malloc(bytes); }
+
+delmesh_mesh_info info_of(const delmesh_mesh* mesh) {
+    delmesh_mesh_info info;
+    delmesh_mesh_info_init(&info, sizeof info);
+    assert_status(delmesh_mesh_get_info(mesh, &info), NULL, DELMESH_OK);
+    return info;
+}
+
+/* Through _read, not _borrow: a borrow makes derived arrays, which would count as allocations of the mesh. */
+Snapshot take_snapshot(const delmesh_mesh* mesh) {
+    const delmesh_mesh_info info = info_of(mesh);
+    const struct {
+        int32_t what;
+        int64_t count;
+        int32_t type, components, bytes;
+    } arrays[] = {
+        {DELMESH_POSITION, info.vertices, info.precision, 3, info.precision == DELMESH_FLOAT32 ? 12 : 24},
+        {DELMESH_CORNER_VERT, info.corners, DELMESH_INT32, 1, 4},
+        {DELMESH_EDGE_VERT, info.edges, DELMESH_INT32, 2, 8},
+        {DELMESH_CORNER_EDGE, info.corners, DELMESH_INT32, 1, 4},
+        {DELMESH_FACE_SOURCE, info.faces, DELMESH_INT32, 1, 4},
+        {DELMESH_VERT_SOURCE, info.vertices, DELMESH_INT32, 1, 4},
+        {DELMESH_VERT_JOIN, info.vertices, DELMESH_INT32, 1, 4},
+        {DELMESH_EDGE_FLAGS, info.edges, DELMESH_UINT8, 1, 1},
+        {DELMESH_VERT_MAP_VERT, info.vertices, DELMESH_INT32, 3, 12},
+        {DELMESH_VERT_MAP_WEIGHT, info.vertices, DELMESH_FLOAT64, 3, 24},
+        {DELMESH_CORNER_TWIN, info.corners, DELMESH_INT32, 1, 4},
+    };
+    const size_t kinds = sizeof arrays / sizeof *arrays;
+    Snapshot snapshot = {NULL, sizeof info};
+    for (size_t i = 0; i < kinds; ++i) snapshot.size += (size_t)(arrays[i].count * arrays[i].bytes);
+    snapshot.bytes = malloc(snapshot.size);
+    memcpy(snapshot.bytes, &info, sizeof info);
+    size_t at = sizeof info;
+    for (size_t i = 0; i < kinds; ++i) {
+        unsigned char* packed = malloc((size_t)(arrays[i].count * arrays[i].bytes) + 1); /* aligned, which `at` is not */
+        const delmesh_view_mut dst = {packed, arrays[i].count, 0, arrays[i].type, arrays[i].components};
+        assert_status(delmesh_mesh_read(mesh, arrays[i].what, &dst), NULL, DELMESH_OK);
+        memcpy(snapshot.bytes + at, packed, (size_t)(arrays[i].count * arrays[i].bytes));
+        at += (size_t)(arrays[i].count * arrays[i].bytes);
+        free(packed);
+    }
+    return snapshot;
+}
+
+void assert_same_snapshot(Snapshot a, Snapshot b) {
+    assert_int_equal(a.size, b.size);
+    assert_memory_equal(a.bytes, b.bytes, a.size);
+}
+
+void assert_status_at(int32_t status, const delmesh_context* context, int32_t expected, const char* file, int line) {
+    if (status != expected)
+        print_error("status %s, expected %s: %s\n", delmesh_status_name(status), delmesh_status_name(expected),
+                    delmesh_last_error(context));
+    _assert_int_equal((LargestIntegralType)status, (LargestIntegralType)expected, file, line);
+}
+
+/* ---- Operations ---------------------------------------------------------------------------------------------------------- */
+
+void fixture_init(Fixture* fixture, delmesh_context* context) {
+    fixture->sheet = sheet_shape(7);
+    fixture->book = book_shape();
+    fixture->sheet_mesh = context != NULL ? shape_mesh(context, &fixture->sheet) : NULL;
+    fixture->book_mesh = context != NULL ? shape_mesh(context, &fixture->book) : NULL;
+}
+
+void fixture_free(Fixture* fixture) {
+    delmesh_mesh_destroy(fixture->sheet_mesh);
+    delmesh_mesh_destroy(fixture->book_mesh);
+    free_shape(&fixture->sheet);
+    free_shape(&fixture->book);
+}
+
+const char* const operation_names[OPERATIONS] = {"create",  "create welded", "create polygons", "preserve", "flip",
+                                                 "feature", "certify",       "quality",         "distance", "validate"};
+
+static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld, delmesh_mesh** out) {
+    delmesh_mesh_desc desc = shape_desc(shape);
+    static const int32_t spine[2] = {0, 1};
+    desc.marked_edges = (delmesh_view){spine, 1, 0, DELMESH_INT32, 2};
+    desc.weld = weld;
+    return delmesh_mesh_create(context, &desc, out);
+}
+
+static int32_t create_polygons(delmesh_context* context, delmesh_mesh** out) {
+    static const float corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    static const uint32_t verts[24] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
+    static const uint8_t sizes[6] = {4, 4, 4, 4, 4, 4};
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = (delmesh_view){corners, 8, 0, DELMESH_FLOAT32, 3};
+    desc.corner_verts = (delmesh_view){verts, 24, 0, DELMESH_UINT32, 1};
+    desc.face_sizes = (delmesh_view){sizes, 6, 0, DELMESH_UINT8, 1};
+    return delmesh_mesh_create(context, &desc, out);
+}
+
+static int32_t remesh(delmesh_context* context, const delmesh_mesh* in, int32_t mode, delmesh_mesh** out) {
+    delmesh_remesh_options options;
+    delmesh_remesh_report report;
+    delmesh_remesh_options_init(&options, sizeof options);
+    delmesh_remesh_report_init(&report, sizeof report);
+    report.seconds_total = -1;
+    options.mode = mode;
+    options.precision = mode == DELMESH_MODE_PRESERVE ? DELMESH_FLOAT32 : DELMESH_FLOAT64;
+    options.placement = mode == DELMESH_MODE_FEATURE ? DELMESH_PLACEMENT_SHELLS : DELMESH_PLACEMENT_INTERVAL;
+    const int32_t status = delmesh_remesh(context, in, &options, out, &report);
+    assert_true(report.seconds_total >= 0); /* the report is filled after every end */
+    if (status == DELMESH_OK) {
+        assert_int_equal(report.certified, 1);
+        assert_int_equal(report.vertices_in, info_of(in).vertices);
+    }
+    return status;
+}
+
+static int32_t certify(delmesh_context* context, const delmesh_mesh* mesh) {
+    enum { ROOM = 64 };
+    int64_t edges[ROOM][2];
+    uint32_t faces[ROOM];
+    memset(edges, 0x77, sizeof edges);
+    memset(faces, 0x77, sizeof faces);
+    delmesh_certify_options options;
+    delmesh_certify_report report;
+    delmesh_certify_options_init(&options, sizeof options);
+    delmesh_certify_report_init(&report, sizeof report);
+    options.nld_edges = (delmesh_view_mut){edges, ROOM, 0, DELMESH_INT64, 2};
+    options.zero_area_faces = (delmesh_view_mut){faces, ROOM, 0, DELMESH_UINT32, 1};
+    const int32_t status = delmesh_certify(context, mesh, &options, &report);
+    const int64_t found = status == DELMESH_OK ? report.nld_interior + report.nld_boundary : 0;
+    assert_true(status != DELMESH_OK || (found > 0 && found <= ROOM));
+    for (int64_t i = 0; i < ROOM; ++i) { /* the lists hold what was found, and where nothing was, what they held */
+        assert_int_equal(edges[i][0] == 0x7777777777777777, i >= found);
+        assert_int_equal(faces[i], 0x77777777);
+    }
+    return status;
+}
+
+int32_t run_operation(int operation, delmesh_context* context, const Fixture* fixture, delmesh_mesh** out) {
+    *out = NULL;
+    switch (operation) {
+    case 0: return create(context, &fixture->sheet, DELMESH_WELD_NONE, out);
+    case 1: return create(context, &fixture->book, DELMESH_WELD_EXACT, out);
+    case 2: return create_polygons(context, out);
+    case 3: return remesh(context, fixture->sheet_mesh, DELMESH_MODE_PRESERVE, out);
+    case 4: return remesh(context, fixture->sheet_mesh, DELMESH_MODE_FLIP, out);
+    case 5: return remesh(context, fixture->book_mesh, DELMESH_MODE_FEATURE, out);
+    case 6: return certify(context, fixture->sheet_mesh);
+    case 7: {
+        delmesh_quality_report report;
+        delmesh_quality_report_init(&report, sizeof report);
+        return delmesh_measure_quality(context, fixture->sheet_mesh, &report);
+    }
+    case 8: {
+        delmesh_distance_options options;
+        delmesh_distance_report report;
+        delmesh_distance_options_init(&options, sizeof options);
+        delmesh_distance_report_init(&report, sizeof report);
+        options.samples = 100;
+        return delmesh_measure_distance(context, fixture->sheet_mesh, fixture->book_mesh, &options, &report);
+    }
+    default: return delmesh_mesh_validate(context, fixture->sheet_mesh);
+    }
+}

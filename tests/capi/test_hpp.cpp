@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C++ wrapper. No cmocka: its assertions longjmp over C++ frames.
+#include <delmesh/delmesh.hpp>
+
+#include <cstdio>
+#include <cstring>
+
+namespace {
+
+int failures = 0;
+
+void expect(bool condition, const char* text, int line) {
+    if (condition) return;
+    std::fprintf(stderr, "line %d: not so: %s\n", line, text);
+    ++failures;
+}
+#define EXPECT(condition) expect(condition, #condition, __LINE__)
+
+// Runs call() and returns what it threw as an E, or stops being sure.
+template <class E, class Call>
+E thrown_by(Call&& call) {
+    try {
+        call();
+    } catch (const E& error) {
+        return error;
+    }
+    EXPECT(!"nothing of that type was thrown");
+    throw std::logic_error("the test cannot go on");
+}
+
+const std::vector<double> kPositions = {-2, 0, 0, 2, 0, 0, 0, 1, 0, 0, -1, 0};
+const std::vector<int32_t> kCorners = {0, 1, 2, 1, 0, 3};
+
+void round_trip() {
+    delmesh::Context context;
+    const delmesh::Mesh in = context.create(kPositions, kCorners);
+    EXPECT(in.positions<double>() == kPositions);
+    EXPECT(in.corners<int32_t>() == kCorners);
+    EXPECT(in.corners<int64_t>().size() == 6);
+    EXPECT(in.read<int32_t>(DELMESH_EDGE_VERT).size() == 10);
+    EXPECT(in.read<uint8_t>(DELMESH_EDGE_FLAGS).size() == 5);
+    EXPECT(in.read<double>(DELMESH_VERT_MAP_WEIGHT).size() == 12);
+    EXPECT(in.borrow(DELMESH_FACE_SOURCE).count == 2);
+    EXPECT(in.info().edges == 5);
+    context.validate(in);
+    EXPECT(context.certify(in).nld_interior == 1);
+    EXPECT(context.quality(in).negative_cotangents == 1);
+
+    delmesh::RemeshOptions options;
+    options.mode = DELMESH_MODE_FLIP;
+    options.boundary = DELMESH_BOUNDARY_IGNORE;
+    delmesh::RemeshReport report;
+    delmesh::Mesh out = context.remesh(in, options, &report);
+    EXPECT(report.flips == 1 && report.certified == 1);
+    EXPECT(context.distance(in, out).hausdorff_sampled < 1e-12);
+    delmesh::Mesh moved = std::move(out);
+    EXPECT(!out && moved && moved.info().faces == 2);
+
+    delmesh::Context other = std::move(context); // callbacks and meshes do not care
+    other.on_log([](int32_t, const char*) {});
+    delmesh::CertifyOptions certify;
+    certify.boundary = DELMESH_BOUNDARY_IGNORE;
+    EXPECT(other.certify(moved, certify).delaunay == 1);
+}
+
+void errors() {
+    delmesh::Context context;
+    const auto missing = thrown_by<delmesh::Error>([&] { context.create(kPositions, std::vector<int32_t>{0, 1, 7}); });
+    EXPECT(missing.status() == DELMESH_ERROR_INDEX_OUT_OF_RANGE);
+    EXPECT(std::strlen(missing.what()) > 10 && std::strstr(missing.what(), "7") != nullptr);
+    const delmesh::Mesh mesh = context.create(kPositions, kCorners);
+    const auto unread = thrown_by<delmesh::Error>([&] { mesh.read<float>(DELMESH_CORNER_VERT); });
+    EXPECT(unread.status() == DELMESH_ERROR_INVALID_ARGUMENT);
+    EXPECT(std::strcmp(unread.what(), "DELMESH_ERROR_INVALID_ARGUMENT") == 0);
+    thrown_by<std::invalid_argument>([&] { context.create(std::vector<double>(4), kCorners); });
+    delmesh::RemeshOptions options;
+    options.max_vertices = 3;
+    delmesh::RemeshReport report;
+    const delmesh::Mesh obtuse = context.create(std::vector<float>{0, 0, 0, 4, 0, 0, 2, 0.5f, 0}, std::vector<uint32_t>{0, 1, 2});
+    EXPECT(thrown_by<delmesh::Error>([&] { context.remesh(obtuse, options, &report); }).status() == DELMESH_ERROR_VERTEX_LIMIT);
+    EXPECT(report.vertices_in == 3 && report.nld_in == 1);
+    delmesh::ContextOptions bad;
+    bad.max_threads = -1;
+    EXPECT(thrown_by<delmesh::Error>([&] { delmesh::Context refused(bad); }).status() == DELMESH_ERROR_INVALID_ARGUMENT);
+}
+
+void progress() {
+    delmesh::Context context;
+    double last = -1;
+    context.on_progress([&](double fraction, const char*) { last = fraction; return true; });
+    const delmesh::Mesh mesh = context.create(kPositions, kCorners);
+    EXPECT(last == 1);
+    context.on_progress([](double, const char*) { return false; });
+    EXPECT(thrown_by<delmesh::Error>([&] { context.remesh(mesh); }).status() == DELMESH_ERROR_CANCELLED);
+    // What the callback throws comes out of the call, after the C frames have been left in order.
+    context.on_progress([](double, const char*) -> bool { throw std::out_of_range("from the callback"); });
+    EXPECT(std::strcmp(thrown_by<std::out_of_range>([&] { context.remesh(mesh); }).what(), "from the callback") == 0);
+    context.on_progress(nullptr);
+    EXPECT(static_cast<bool>(context.remesh(mesh)));
+    context.cancel();
+    EXPECT(thrown_by<delmesh::Error>([&] { context.remesh(mesh); }).status() == DELMESH_ERROR_CANCELLED);
+    EXPECT(static_cast<bool>(context.remesh(mesh)));
+}
+
+// Without the wrapper: a callback that throws into the C frames, which is against the rules, still comes back as a status.
+void throwing_c_callback() {
+    delmesh_context_options options;
+    delmesh_context_options_init(&options, sizeof options);
+    options.progress = [](void*, double, const char*) -> int32_t { throw std::out_of_range("not caught"); };
+    delmesh_context* context = nullptr;
+    EXPECT(delmesh_context_create(&options, &context) == DELMESH_OK);
+    delmesh::MeshDesc desc;
+    desc.positions = delmesh::view(kPositions, 3);
+    desc.corner_verts = delmesh::view(kCorners);
+    delmesh_mesh* mesh = nullptr;
+    EXPECT(delmesh_mesh_create(context, &desc, &mesh) == DELMESH_ERROR_INTERNAL && mesh == nullptr);
+    delmesh_context_destroy(context);
+}
+
+} // namespace
+
+int main() {
+    round_trip();
+    errors();
+    progress();
+    throwing_c_callback();
+    return failures == 0 ? 0 : 1;
+}
