@@ -65,6 +65,13 @@ double last_place(Precision precision, double largest) {
     return static_cast<double>(std::nextafter(f, std::numeric_limits<float>::infinity())) - static_cast<double>(f);
 }
 
+// A power of two that brings a coordinate of this size near 1, if it is far from it.
+double range_scale(double largest) {
+    int exponent;
+    std::frexp(largest, &exponent);
+    return exponent > -200 && exponent < 200 ? 1 : std::ldexp(1.0, -std::min(std::max(exponent, -1000), 1000));
+}
+
 // cos of an angle in degrees, 0..180, by arithmetic alone: libm's differs between systems in the last place, and a decision
 // must not.
 double cosine_of_degrees(double degrees) {
@@ -294,12 +301,19 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
         if (surface.vert_corner[v] >= 0 && !is_finite(surface.at(v)))
             return context.fail(DELMESH_ERROR_PRECISION, "Vertex %d was out of the output precision's range.", v);
     DM_TRY(repair_zero_area(context, surface, options.strict != 0, report));
-    const Extent extent = measure_extent(surface);
+    Extent extent = measure_extent(surface);
+    // Far from 1, float64 lengths lose the range that their products need; powers of two cost nothing and change nothing.
+    const double scale = precision == Precision::f64 ? range_scale(extent.largest) : 1;
+    if (scale != 1) {
+        for (Vec3& x : surface.pos) x = scale * x;
+        extent.largest *= scale;
+        extent.diagonal *= scale;
+    }
     DelaunayRules rules;
     rules.precision = precision;
     rules.boundary_rule = options.boundary == DELMESH_BOUNDARY_NONOBTUSE;
     rules.shells = options.placement == DELMESH_PLACEMENT_SHELLS;
-    rules.shell_unit = options.shell_unit > 0 ? options.shell_unit : extent.diagonal / 1024;
+    rules.shell_unit = options.shell_unit > 0 ? scale * options.shell_unit : extent.diagonal / 1024;
     rules.min_turn_cosine = options.max_normal_turn >= 0 && options.max_normal_turn < 180 ? cosine_of_degrees(options.max_normal_turn) : -2;
     rules.resolution = last_place(precision, extent.largest);
     const int64_t most = std::numeric_limits<int32_t>::max() / 6; // corners stay below 2^31
@@ -311,7 +325,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     // The tolerance is spent on three things that add up: the slab of a patch, flips outside of patches, and the rounding of split
     // vertices (half a unit in each coordinate, so less than 0.87 in all). A part is kept back for the places where the precision
     // has no room for a split vertex.
-    const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : options.tolerance;
+    const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : scale * options.tolerance;
     if (preserve) rules.free_movement = 0.85 * std::max(0.0, tolerance - kSplitRounding * rules.resolution);
     FlatPatches patches(context.memory());
     if (preserve) {
@@ -329,7 +343,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
         double moved = 0;
         for (int32_t f = 0; f < surface.faces(); ++f)
             if (!surface.is_dead(f)) moved = std::max(moved, patches.moved(f));
-        report.surface_bound = moved + (report.splits != 0 ? kSplitRounding * rules.resolution : 0);
+        report.surface_bound = (moved + (report.splits != 0 ? kSplitRounding * rules.resolution : 0)) / scale;
     }
     patches.face_patch.free_storage();
     patches.plane.free_storage();
@@ -337,6 +351,8 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
 
     DM_TRY(context.stage("export", 0.9, 0.95));
     const bool repaired = surface.dead_faces != 0 || surface.first_split != surface.first_copy;
+    if (scale != 1)
+        for (Vec3& x : surface.pos) x = (1 / scale) * x;
     DM_TRY(hand_out(context, in, surface, options, out));
     DM_TRY(count(context, in, repaired, out));
 #if defined(DELMESH_DEBUG_CHECKS)
