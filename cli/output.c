@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "output.h"
+
+#include "interrupt.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <libgen.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static bool fail_errno(Output* out, const char* what) {
+    return fail_with(out->failure, kStatusWrite, "%s: could not be %s: %s", out->path, what, strerror(errno));
+}
+
+bool output_check(const char* path, Failure* failure) {
+    struct stat info;
+    if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
+        return fail_with(failure, kStatusWrite, "%s: is there already and is no file", path);
+    char* copy = strdup(path);
+    if (!copy) return fail_memory(failure);
+    bool ok = access(dirname(copy), W_OK | X_OK) == 0;
+    free(copy);
+    return ok || fail_with(failure, kStatusWrite, "%s: its folder cannot be written: %s", path, strerror(errno));
+}
+
+bool output_open(Output* out, const char* path, Failure* failure) {
+    memset(out, 0, sizeof *out);
+    out->path = path;
+    out->descriptor = -1;
+    out->failure = failure;
+    if (!output_check(path, failure)) return false;
+    struct stat old;
+    bool exists = stat(path, &old) == 0;
+    out->target = exists ? realpath(path, NULL) : strdup(path);
+    out->buffer = malloc(kOutputBuffer);
+    size_t room = out->target ? strlen(out->target) + 16 : 0;
+    out->temporary = room ? malloc(room) : NULL;
+    if (!out->temporary || !out->buffer) {
+        fail_memory(failure);
+        return output_close(out, false);
+    }
+    snprintf(out->temporary, room, "%s.XXXXXX", out->target);
+    out->descriptor = mkstemp(out->temporary);
+    if (out->descriptor < 0) {
+        fail_errno(out, "created");
+        return output_close(out, false);
+    }
+    interrupt_set_file(out->temporary);
+    /* mkstemp makes it private: give it the rights of the file it replaces, or of any new file. */
+    mode_t mask = umask(0);
+    umask(mask);
+    if (fchmod(out->descriptor, exists ? old.st_mode & 0777 : 0666 & ~mask) != 0) {
+        fail_errno(out, "given its access rights");
+        return output_close(out, false);
+    }
+    return true;
+}
+
+static bool put(Output* out, const char* data, size_t size) {
+    while (size > 0) {
+        if (interrupt_signal) return fail_with(out->failure, kStatusCancelled, "%s: the write was cancelled", out->path);
+        ssize_t n = write(out->descriptor, data, size);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return fail_errno(out, "written");
+        data += n;
+        size -= (size_t)n;
+    }
+    return true;
+}
+
+static bool flush(Output* out) {
+    bool ok = put(out, out->buffer, out->used);
+    out->used = 0;
+    return ok;
+}
+
+char* output_reserve(Output* out, size_t size) {
+    if (out->used + size > kOutputBuffer && !flush(out)) return NULL;
+    return out->buffer + out->used;
+}
+
+bool output_write(Output* out, const void* data, size_t size) {
+    if (size > kOutputBuffer) return flush(out) && put(out, data, size);
+    char* at = output_reserve(out, size);
+    if (!at) return false;
+    memcpy(at, data, size);
+    out->used += size;
+    return true;
+}
+
+bool output_close(Output* out, bool ok) {
+    if (out->descriptor >= 0) {
+        ok = ok && flush(out);
+        if (close(out->descriptor) != 0 && ok) ok = fail_errno(out, "written");
+        if (ok && interrupt_signal) ok = fail_with(out->failure, kStatusCancelled, "%s: the write was cancelled", out->path);
+        if (ok && rename(out->temporary, out->target) != 0) ok = fail_errno(out, "renamed into place");
+        if (!ok) unlink(out->temporary);
+        interrupt_set_file(NULL);
+    }
+    free(out->target);
+    free(out->temporary);
+    free(out->buffer);
+    memset(out, 0, sizeof *out);
+    out->descriptor = -1;
+    return ok;
+}

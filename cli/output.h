@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * output.h: a file that appears whole or not at all: written beside the target under another name, renamed over it at the end.
+ */
+#ifndef DELMESH_CLI_OUTPUT_H
+#define DELMESH_CLI_OUTPUT_H
+
+#include "failure.h"
+
+#include <stddef.h>
+
+typedef struct Output {
+    const char* path; /* as the user gave it */
+    char* target;     /* with symbolic links followed */
+    char* temporary;
+    char* buffer;
+    size_t used;
+    int descriptor;
+    Failure* failure;
+} Output;
+
+enum { kOutputBuffer = 1 << 18 };
+
+/* Whether a file can be made at `path`: its folder is there and writable, and it is no folder or device itself. */
+bool output_check(const char* path, Failure* failure);
+
+bool output_open(Output* out, const char* path, Failure* failure);
+/* Room for `size` (at most kOutputBuffer) bytes: write there, then add the length to out->used. NULL after an error. */
+char* output_reserve(Output* out, size_t size);
+bool output_write(Output* out, const void* data, size_t size);
+/* Ends the file if `ok` and all was written, else removes it; frees. Returns whether the file is there. */
+bool output_close(Output* out, bool ok);
+
+#endif

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * read_off.c: OFF, COFF, NOFF, STOFF and their combinations, text and binary. What follows the three coordinates of a vertex, or
+ * the corners of a face, on their line (normals, colours, texture coordinates) is not read. Comments run from # to the end.
+ *
+ * Binary files are big-endian by the format's description, with colours behind each face; others write them little-endian and
+ * without. The byte order is the one in which the counts fit the file; the faces are walked once to see if they have colours.
+ */
+#include "reader.h"
+
+#include "bytes.h"
+
+#include <string.h>
+
+typedef struct Header {
+    bool binary, colours, normals, texture;
+    int64_t vertices, faces;
+} Header;
+
+static bool read_count(Reader* reader, const char* what, int64_t* out) {
+    if (!text_skip_space(&reader->text, '#')) return reader_expected(reader, what);
+    const Text number = reader->text;
+    if (!text_scan_integer(&reader->text.at, out) || !(text_at_break(&reader->text) || *reader->text.at == '#')) {
+        reader->text = number;
+        return reader_expected(reader, what);
+    }
+    if (*out < 0) {
+        reader->text = number;
+        return reader_fail(reader, "%s is %lld", what, (long long)*out);
+    }
+    return true;
+}
+
+static bool read_keyword(Reader* reader, Header* header) {
+    Text* t = &reader->text;
+    if (!text_skip_space(t, '#')) return reader_expected(reader, "OFF");
+    const Text word = *t;
+    int64_t count;
+    bool no_keyword = text_scan_integer(&t->at, &count) && text_at_break(t); /* it is optional */
+    *t = word;
+    if (no_keyword) return true;
+    bool many = false, four = false;
+    if (t->at[0] == 'S' && t->at[1] == 'T') header->texture = true, t->at += 2;
+    if (*t->at == 'C') header->colours = true, ++t->at;
+    if (*t->at == 'N') header->normals = true, ++t->at;
+    if (*t->at == '4') four = true, ++t->at;
+    if (*t->at == 'n') many = true, ++t->at;
+    if (t->end - t->at < 3 || memcmp(t->at, "OFF", 3) != 0) {
+        *t = word;
+        return reader_expected(reader, "OFF");
+    }
+    t->at += 3;
+    if (!text_at_break(t) && *t->at != '#' && (*t->at < '0' || *t->at > '9')) { /* "OFF8 6 12" occurs */
+        *t = word;
+        return reader_expected(reader, "OFF");
+    }
+    if (four) return reader_fail(reader, "4OFF: vertices with four coordinates are not points in space");
+    text_skip_blanks(t);
+    if (text_take_word(t, "binary")) {
+        header->binary = true;
+        if (many) return reader_fail(reader, "nOFF is not read from binary files");
+        if (!text_is_newline(*t->at)) return reader_expected(reader, "the end of the line");
+        if (t->at[0] == '\r' && t->at[1] == '\n') ++t->at; /* a lone \r ends the line, too */
+        ++t->at;
+    }
+    int64_t dimension = 3;
+    if (many && !read_count(reader, "the dimension", &dimension)) return false;
+    if (dimension != 3)
+        return reader_fail(reader, "nOFF: vertices with %lld coordinates are not points in space", (long long)dimension);
+    return true;
+}
+
+/* A text file needs 6 bytes for a vertex ("0 0 0\n") and 2 for a face. */
+static bool check_counts(Reader* reader, const Header* header, int64_t vertex_bytes, int64_t face_bytes) {
+    int64_t left = (int64_t)reader_left(reader) + 1; /* the last line end may be missing */
+    if (header->vertices > left / vertex_bytes)
+        return reader_fail(reader, "%lld vertices are announced, but the file has room for %lld at most",
+                           (long long)header->vertices, (long long)(left / vertex_bytes));
+    left -= header->vertices * vertex_bytes;
+    if (header->faces > left / face_bytes)
+        return reader_fail(reader, "%lld faces are announced, but the file has room for %lld at most", (long long)header->faces,
+                           (long long)(left / face_bytes));
+    return true;
+}
+
+static bool read_text(Reader* reader, Header* header) {
+    Text* t = &reader->text;
+    if (!read_count(reader, "the number of vertices", &header->vertices)) return false;
+    int64_t line = t->line;
+    if (!read_count(reader, "the number of faces", &header->faces)) return false;
+    /* The number of edges means nothing and may be missing. Where all stands on a line of its own, it is on the next. */
+    if (line != t->line) {
+        int64_t edges;
+        Text ahead = *t;
+        if (text_skip_space(&ahead, '#') && text_scan_integer(&ahead.at, &edges) && text_at_break(&ahead)) {
+            text_skip_blanks(&ahead);
+            if (text_is_newline(*ahead.at) || *ahead.at == '#') *t = ahead;
+        }
+    }
+    text_skip_line(t);
+    if (!check_counts(reader, header, 6, 2)) return false;
+    if (!reader_reserve(reader, header->vertices, header->faces, 3 * header->faces)) return false;
+
+    for (int64_t v = 0; v < header->vertices; ++v) {
+        double position[3];
+        for (int k = 0; k < 3; ++k) {
+            if (!text_skip_space(t, '#'))
+                return reader_fail(reader, "the file ended in vertex %lld of %lld", (long long)v, (long long)header->vertices);
+            const Text word = *t;
+            if (!text_scan_double(&t->at, &position[k]) || !(text_at_break(t) || *t->at == '#')) {
+                *t = word;
+                return reader_expected(reader, "a coordinate");
+            }
+        }
+        text_skip_line(t);
+        if (!reader_add_vertex(reader, position)) return false;
+    }
+    for (int64_t f = 0; f < header->faces; ++f) {
+        int64_t size, index;
+        if (!text_skip_space(t, '#'))
+            return reader_fail(reader, "the file ended before face %lld of %lld", (long long)f, (long long)header->faces);
+        const Text word = *t;
+        if (!read_count(reader, "the number of corners", &size)) return false;
+        if (size > (int64_t)reader_left(reader) / 2) {
+            *t = word;
+            return reader_fail(reader, "face %lld announces %lld corners, but the file ends before", (long long)f,
+                               (long long)size);
+        }
+        for (int64_t k = 0; k < size; ++k) {
+            if (!read_count(reader, "a vertex index", &index)) return false;
+            if (index >= header->vertices)
+                return reader_fail(reader, "face %lld refers to vertex %lld of %lld (counting from 0)", (long long)f,
+                                   (long long)index, (long long)header->vertices);
+            if (!reader_add_corner(reader, index, reader_place(reader, t))) return false;
+        }
+        text_skip_line(t);
+        if (!reader_close_face(reader)) return false;
+    }
+    return true;
+}
+
+/* Walks the faces of a binary file; colours: an int with the number of float components stands behind each.
+ * Returns the bytes left behind the last face, or -1 if the walk leaves the file. */
+static int64_t walk_faces(const char* at, const char* end, int64_t faces, ByteOrder order, bool colours) {
+    for (int64_t f = 0; f < faces; ++f) {
+        for (int part = 0; part < (colours ? 2 : 1); ++part) {
+            if (end - at < 4) return -1;
+            int64_t words = bytes_u32(at, order);
+            at += 4;
+            if (words > (end - at) / 4) return -1;
+            at += 4 * words;
+        }
+    }
+    return end - at;
+}
+
+static bool read_binary(Reader* reader, Header* header) {
+    Text* t = &reader->text;
+    reader->binary = true;
+    reader->mesh->precision = DELMESH_FLOAT32;
+    int64_t vertex_bytes = 4 * (3 + 3 * header->normals + 4 * header->colours + 2 * header->texture);
+    if (reader_left(reader) < 12) return reader_fail(reader, "the file ended before the three counts");
+    ByteOrder order = kBigEndian;
+    int64_t left = (int64_t)reader_left(reader) - 12;
+    for (int attempt = 0;; ++attempt) {
+        header->vertices = bytes_u32(t->at, order);
+        header->faces = bytes_u32(t->at + 4, order);
+        if (header->vertices <= left / vertex_bytes && header->faces <= (left - header->vertices * vertex_bytes) / 4) break;
+        if (attempt == 1)
+            return reader_fail(reader,
+                               "the counts (%lld vertices, %lld faces; or in the other byte order %lld, %lld) exceed the file",
+                               (long long)bytes_u32(t->at, kBigEndian), (long long)bytes_u32(t->at + 4, kBigEndian),
+                               (long long)header->vertices, (long long)header->faces);
+        order = kLittleEndian;
+    }
+    t->at += 12;
+    const char* first_face = t->at + header->vertices * vertex_bytes;
+    bool colours = order == kBigEndian;
+    int64_t rest = walk_faces(first_face, t->end, header->faces, order, colours);
+    if (rest != 0) { /* not as this byte order has it: the other layout, if it fits, and better */
+        int64_t other = walk_faces(first_face, t->end, header->faces, order, !colours);
+        if (other >= 0 && (rest < 0 || other < rest)) colours = !colours;
+    }
+    if (!reader_reserve(reader, header->vertices, header->faces, 3 * header->faces)) return false;
+    for (int64_t v = 0; v < header->vertices; ++v, t->at += vertex_bytes) {
+        double position[3];
+        for (int k = 0; k < 3; ++k) position[k] = bytes_f32(t->at + 4 * k, order);
+        if (!reader_add_vertex(reader, position)) return false;
+    }
+    for (int64_t f = 0; f < header->faces; ++f) {
+        if (reader_left(reader) < 4)
+            return reader_fail(reader, "the file ended before face %lld of %lld", (long long)f, (long long)header->faces);
+        int64_t size = bytes_u32(t->at, order);
+        if (size > (int64_t)(reader_left(reader) - 4) / 4)
+            return reader_fail(reader, "face %lld announces %lld corners, but the file ends before", (long long)f,
+                               (long long)size);
+        t->at += 4;
+        for (int64_t k = 0; k < size; ++k, t->at += 4) {
+            int64_t index = bytes_u32(t->at, order);
+            if (index >= header->vertices)
+                return reader_fail(reader, "face %lld refers to vertex %lld of %lld (counting from 0)", (long long)f,
+                                   (long long)index, (long long)header->vertices);
+            if (!reader_add_corner(reader, index, reader_place(reader, t))) return false;
+        }
+        if (colours) {
+            int64_t components = reader_left(reader) < 4 ? INT32_MAX : bytes_u32(t->at, order);
+            if (reader_left(reader) < 4 || components > (int64_t)(reader_left(reader) - 4) / 4)
+                return reader_fail(reader, "the file ended in the colour of face %lld", (long long)f);
+            t->at += 4 + 4 * components;
+        }
+        if (!reader_close_face(reader)) return false;
+    }
+    return true;
+}
+
+bool read_off(Reader* reader) {
+    Header header;
+    memset(&header, 0, sizeof header);
+    if (!read_keyword(reader, &header)) return false;
+    return header.binary ? read_binary(reader, &header) : read_text(reader, &header);
+}
