@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: Apache-2.0
+"""remesh, certify, measure and distance; progress, cancelling, limits."""
+import threading
+import time
+import unittest
+
+import support
+from support import grid, np
+
+import delmesh
+
+MODES = ("preserve", "flip", "feature")
+
+
+class Remesh(unittest.TestCase):
+    def test_certified_in_every_mode_and_precision(self):
+        for dtype in (np.float32, np.float64):
+            points, faces = grid(40, 30, dtype=dtype)
+            before = delmesh.certify((points, faces))
+            self.assertFalse(before.delaunay)
+            for mode in MODES:
+                with self.subTest(mode, dtype=dtype):
+                    mesh, report = delmesh.remesh((points, faces), mode)
+                    self.assertEqual(mesh.positions.dtype, dtype)  # the precision stays unless another is asked for
+                    self.assertTrue(report.certified)
+                    self.assertEqual((report.nld_in, report.nld_out), (before.nld_interior + before.nld_boundary, 0))
+                    self.assertTrue(delmesh.certify((mesh.positions, mesh.faces)).delaunay)
+                    np.testing.assert_array_equal(mesh.positions[:len(points)], points)
+                    self.assertEqual((report.vertices_in, report.faces_in), (len(points), len(faces)))
+                    self.assertEqual((report.vertices_out, report.faces_out), (len(mesh.positions), len(mesh.faces)))
+                    self.assertEqual(report.vertices_out - report.vertices_in, report.splits)
+                    np.testing.assert_array_equal(mesh.vert_source, np.r_[np.arange(len(points)), [-1] * report.splits])
+                    mesh.validate()
+                    again, _ = delmesh.remesh(mesh, "flip")
+                    np.testing.assert_array_equal(again.faces, mesh.faces)
+
+    def test_options_reach_the_library(self):
+        points, faces = grid(20, 20)
+        rounded, _ = delmesh.remesh((points, faces), precision="float32")
+        self.assertEqual(rounded.positions.dtype, np.float32)
+        np.testing.assert_array_equal(rounded.positions[:len(points)], points.astype(np.float32))
+        self.assertEqual(delmesh.remesh((points, faces), precision=np.float64)[0].positions.dtype, np.float64)
+        counts = {(p, b): delmesh.remesh((points, faces), placement=p, boundary=b)[1].splits
+                  for p in ("interval", "shells") for b in ("nonobtuse", "ignore")}
+        self.assertEqual(len(set(counts.values())), 4, counts)
+        by_number = delmesh.remesh((points, faces), 1)[0]  # DELMESH_MODE_FLIP
+        np.testing.assert_array_equal(by_number.faces, delmesh.remesh((points, faces), "flip")[0].faces)
+        isolated = np.vstack([points, [[9, 9, 9]]])
+        self.assertEqual(delmesh.remesh((isolated, faces), "flip", compact=True)[1].vertices_out,
+                         delmesh.remesh((isolated, faces), "flip")[1].vertices_out - 1)
+
+    def test_marked_edges_stay(self):
+        points, faces = grid(30, 30)
+        marked = faces[::3, [0, 2]]
+        mesh, _ = delmesh.remesh(delmesh.Mesh(points, faces, marked_edges=marked), "flip")
+        kept = (mesh.edge_flags & delmesh.EDGE_MARKED) != 0
+        length = np.linalg.norm(np.diff(mesh.positions[mesh.edges[kept]], axis=1), axis=2).sum()
+        self.assertAlmostEqual(length, np.linalg.norm(points[marked[:, 0]] - points[marked[:, 1]], axis=1).sum(), places=9)
+
+    def test_wrong_options(self):
+        mesh = delmesh.Mesh(*grid(3, 3))
+        for call, error, sentence in (
+                (lambda: delmesh.remesh(mesh, speed=3), TypeError, "no option 'speed'; there are mode, placement"),
+                (lambda: delmesh.remesh(mesh, struct_size=3), TypeError, "no option 'struct_size'"),
+                (lambda: delmesh.remesh(mesh, "smooth"), delmesh.InvalidArgument, "'mode' was 'smooth', .* preserve, flip"),
+                (lambda: delmesh.remesh(mesh, 7), delmesh.InvalidArgument, "'mode' was 7"),
+                (lambda: delmesh.remesh(mesh, precision="float16"), delmesh.InvalidArgument, "'precision'"),
+                (lambda: delmesh.remesh(mesh, feature_angle=float("nan")), delmesh.InvalidArgument, "'feature_angle'"),
+                (lambda: delmesh.distance(mesh, mesh, relative_error=-1), delmesh.InvalidArgument, "'relative_error'"),
+                (lambda: delmesh.remesh("mesh"), TypeError, "expected a delmesh.Mesh or the pair"),
+                (lambda: delmesh.certify(None), TypeError, "expected a delmesh.Mesh or the pair")):
+            with self.subTest(sentence), self.assertRaisesRegex(error, sentence):
+                call()
+
+    def test_an_error_carries_its_status_and_report(self):
+        with self.assertRaises(delmesh.VertexLimit) as caught:
+            delmesh.remesh(grid(20, 20), max_vertices=450)
+        self.assertEqual(caught.exception.status, -11)
+        self.assertEqual(caught.exception.report.vertices_in, 441)
+        self.assertGreater(caught.exception.report.nld_in, 0)
+
+    def test_threads_change_nothing(self):
+        points, faces = grid(120, 100)
+        results = []
+        for threads in (1, 2, 3):
+            mesh, _ = delmesh.remesh((points, faces), "flip", context=delmesh.Context(threads=threads))
+            results.append((mesh.positions.tobytes(), mesh.faces.tobytes()))
+        self.assertEqual(results[0], results[1])
+        self.assertEqual(results[0], results[2])
+
+
+class Measuring(unittest.TestCase):
+    def test_certify_lists_what_offends(self):
+        # A flat kite, wider than high, cut the wrong way; the fifth vertex makes a face of zero area beside it.
+        points = [[0, 0, 0], [4, 0, 0], [2, 1, 0], [2, -1, 0], [10, 0, 0], [11, 0, 0], [12, 0, 0]]
+        faces = [[0, 1, 2], [1, 0, 3], [4, 5, 6]]
+        report = delmesh.certify((points, faces), boundary="ignore", listed=True)
+        self.assertEqual((report.delaunay, report.nld_interior, report.zero_area_faces), (0, 1, 1))
+        self.assertEqual(sorted(report.nld_edges[0]), [0, 1])
+        np.testing.assert_array_equal(report.zero_area_face_list, [2])
+        flipped = delmesh.certify((points[:4], [[2, 3, 1], [3, 2, 0]]), listed=True)
+        self.assertTrue(flipped.delaunay)
+        self.assertEqual((flipped.nld_edges.shape, flipped.zero_area_face_list.shape), ((0, 2), (0,)))
+        unlisted = delmesh.certify((points, faces))
+        self.assertIsNone(unlisted.nld_edges)
+
+    def test_measure_of_a_square(self):
+        report = delmesh.measure(([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2], [0, 2, 3]]))
+        self.assertEqual((report.area, report.min_edge, report.max_valence), (4, 2, 3))
+        self.assertAlmostEqual(report.min_angle, 45)
+        self.assertAlmostEqual(report.max_angle, 90)
+        self.assertAlmostEqual(report.diagonal, 8**0.5)
+        self.assertEqual((len(report.angle_histogram), sum(report.angle_histogram)), (18, 6))
+
+    def test_distance_of_two_squares(self):
+        square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+        faces = [[0, 1, 2], [0, 2, 3]]
+        report = delmesh.distance((square, faces), (square + [0, 0, 0.25], faces), samples=1000)
+        for value in (report.hausdorff_sampled, report.rms, report.a_to_b_max, report.b_to_a_max):
+            self.assertAlmostEqual(value, 0.25, places=12)
+        self.assertGreaterEqual(report.hausdorff_bound, 0.25)
+        self.assertLessEqual(report.hausdorff_bound, 0.25 * 1.1 + 1e-6 * 2**0.5)
+        self.assertLess(delmesh.distance((square, faces), (square, faces), compute_bound=False).hausdorff_bound, 0)
+
+
+class Progress(unittest.TestCase):
+    def setUp(self):
+        self.mesh = delmesh.Mesh(*grid(60, 60))
+
+    def test_it_rises_to_the_end(self):
+        for name, call in {"remesh": lambda p: delmesh.remesh(self.mesh, progress=p),
+                           "certify": lambda p: delmesh.certify(self.mesh, progress=p),
+                           "measure": lambda p: delmesh.measure(self.mesh, progress=p),
+                           "distance": lambda p: delmesh.distance(self.mesh, self.mesh, samples=1000, progress=p),
+                           "create": lambda p: delmesh.Mesh(*grid(9, 9), progress=p)}.items():
+            with self.subTest(name):
+                seen = []
+                call(lambda fraction, stage: seen.append((fraction, stage)))  # returns None: goes on
+                fractions = [fraction for fraction, _ in seen]
+                self.assertEqual(fractions, sorted(fractions))
+                self.assertEqual(fractions[-1], 1)
+                self.assertTrue(all(isinstance(stage, str) and stage for _, stage in seen))
+
+    def test_false_cancels_and_other_values_do_not(self):
+        for value in (True, None, 0, "", 1):
+            delmesh.remesh(self.mesh, progress=lambda *_: value)
+        with self.assertRaises(delmesh.Cancelled):
+            delmesh.remesh(self.mesh, progress=lambda *_: False)
+
+    def test_an_exception_comes_out(self):
+        class Stop(Exception):
+            pass
+
+        for error in (Stop("here"), KeyboardInterrupt(), SystemExit(3)):
+            context = delmesh.Context()
+            for fail_at in (1, 2, 3):
+                calls = []
+
+                def progress(*_):
+                    calls.append(1)
+                    if len(calls) == fail_at:
+                        raise error
+
+                with self.assertRaises(type(error)) as caught:
+                    delmesh.remesh(self.mesh, progress=progress, context=context)
+                self.assertIs(caught.exception, error)
+                self.assertEqual(len(calls), fail_at)  # nothing was called after it
+            self.assertTrue(delmesh.remesh(self.mesh, context=context)[1].certified)
+
+    def test_a_context_serves_one_call_at_a_time(self):
+        context = delmesh.Context()
+        with self.assertRaises(delmesh.Busy):
+            delmesh.remesh(self.mesh, context=context, progress=lambda *_: delmesh.measure(self.mesh, context=context))
+        inner = []
+        delmesh.remesh(self.mesh, progress=lambda *_: inner.append(delmesh.measure(self.mesh).area))  # another context is free
+        self.assertTrue(inner)
+
+
+class Cancel(unittest.TestCase):
+    def setUp(self):
+        self.mesh = delmesh.Mesh(*grid(60, 60))
+
+    def test_from_another_thread_at_any_moment(self):
+        for moment in range(1, 5):
+            token, calls = delmesh.CancelToken(), []
+
+            def progress(*_):
+                calls.append(1)
+                if len(calls) == moment:
+                    thread = threading.Thread(target=token.cancel)
+                    thread.start()
+                    thread.join()
+
+            with self.assertRaises(delmesh.Cancelled):
+                delmesh.remesh(self.mesh, progress=progress, cancel=token)
+            self.assertTrue(token.cancelled)
+
+    def test_a_running_call_stops_early(self):
+        big = delmesh.Mesh(*grid(700, 700))
+        began = time.perf_counter()
+        delmesh.remesh(big)
+        whole = time.perf_counter() - began
+        token = delmesh.CancelToken()
+        timer = threading.Timer(whole / 10, token.cancel)
+        began = time.perf_counter()
+        timer.start()
+        with self.assertRaises(delmesh.Cancelled):
+            delmesh.remesh(big, cancel=token)
+        self.assertLess(time.perf_counter() - began, whole * 0.8)
+
+    def test_the_interpreter_runs_on_meanwhile(self):
+        big = delmesh.Mesh(*grid(500, 500))
+        thread = threading.Thread(target=delmesh.remesh, args=(big,))
+        thread.start()
+        ticks = 0
+        while thread.is_alive():
+            time.sleep(0.001)
+            ticks += 1
+        self.assertGreater(ticks, 5)
+
+    def test_a_used_token_cancels_at_once_and_only_its_calls(self):
+        token, context = delmesh.CancelToken(), delmesh.Context()
+        token.cancel()
+        for call in (lambda: delmesh.remesh(self.mesh, cancel=token, context=context),
+                     lambda: delmesh.certify(self.mesh, cancel=token, context=context),
+                     lambda: delmesh.Mesh(*grid(3, 3), cancel=token, context=context)):
+            with self.assertRaises(delmesh.Cancelled):
+                call()
+            self.assertTrue(delmesh.remesh(self.mesh, context=context)[1].certified)
+
+    def test_a_token_that_comes_too_late_hits_nothing(self):
+        token, context = delmesh.CancelToken(), delmesh.Context()
+
+        def over_when_it_comes(_handle):
+            token.cancel()
+            return 0
+
+        context._call(over_when_it_comes, cancel=token)
+        self.assertTrue(delmesh.remesh(self.mesh, context=context)[1].certified)
+
+
+class Limits(unittest.TestCase):
+    def test_memory_limit(self):
+        context = delmesh.Context(memory_limit=100_000)
+        with self.assertRaises(delmesh.MemoryLimit):
+            delmesh.Mesh(*grid(200, 200), context=context)
+        self.assertLess(context.memory()[0], 10_000)
+        small = delmesh.Mesh(*grid(3, 3), context=context)
+        self.assertTrue(delmesh.remesh(small, "flip", context=context)[1].certified)
+
+    def test_every_allocation_may_fail(self):
+        points, faces = grid(4, 4)
+        for limit in range(1, 1000):
+            context = delmesh.Context(threads=1, allocation_limit=limit)
+            try:
+                mesh = delmesh.Mesh(points, faces, context=context)
+                result = delmesh.remesh(mesh, context=context)
+                break
+            except delmesh.AllocationLimit:
+                mesh = None
+        self.assertGreater(limit, 10)
+        self.assertTrue(result[1].certified)
+
+    def test_the_log_says_what_was_repaired(self):
+        lines = []
+        context = delmesh.Context(log=lambda level, text: lines.append((level, text)))
+        delmesh.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 2]], context=context)
+        self.assertTrue(lines and all(level in (1, 2) and text for level, text in lines), lines)
+
+    def test_a_log_that_raises(self):
+        def log(_level, _text):
+            raise LookupError("no log")
+
+        context = delmesh.Context(log=log)
+        with self.assertRaisesRegex(LookupError, "no log"):
+            delmesh.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 2]], context=context)
+
+    def test_contexts_can_be_made_by_the_thousand(self):
+        mesh = delmesh.Mesh(*grid(3, 3))
+        for _ in range(2000):
+            delmesh.measure(mesh, context=delmesh.Context())
+
+
+if __name__ == "__main__":
+    support.main()
