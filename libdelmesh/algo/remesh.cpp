@@ -119,8 +119,72 @@ int32_t source_of(const Mesh& in, const Surface& s, int32_t v) {
     return in.vert_source.empty() ? v : in.vert_source[v];
 }
 
+// Finds source faces. Made only when a split vertex asks for one, since it takes a pass over the mesh.
+class Locator {
+public:
+    Locator(const Mesh& mesh, Memory& memory) : in(mesh), vert_corner(memory) {}
+
+    // The place of x on the source, by walking through the faces from those around `from`; x lies on it up to `reach`, as
+    // points inside flat patches do. False if the walk ends elsewhere.
+    bool locate(int32_t from, const Vec3& x, double reach, VertexMap& map) {
+        if (vert_corner.empty()) {
+            vert_corner.assign(in.vertices(), -1);
+            for (int32_t c = in.corners() - 1; c >= 0; --c) vert_corner[in.corner_vert[c]] = c;
+        }
+        int32_t c = vert_corner[from];
+        if (c < 0) return false;
+        // Start in the face around `from` that comes nearest to holding x.
+        int32_t best = c;
+        double best_weight = -std::numeric_limits<double>::infinity();
+        for (int32_t k = c, steps = 0; steps < kMostSteps; ++steps) {
+            const double weight = weights_in(face_of(k), x).least();
+            if (weight > best_weight) best_weight = weight, best = k;
+            k = in.corner_twin[prev_corner(k)];
+            if (k < 0 || k == c) break;
+        }
+        int32_t f = face_of(best);
+        for (int32_t steps = 0; steps < kMostSteps; ++steps) {
+            const Weights w = weights_in(f, x);
+            const int least = w.w[0] <= w.w[1] ? (w.w[0] <= w.w[2] ? 0 : 2) : (w.w[1] <= w.w[2] ? 1 : 2);
+            if (!(w.w[least] < -1e-9)) {
+                if (!(w.height <= reach)) return false;
+                for (int k = 0; k < 3; ++k) {
+                    const int32_t v = in.corner_vert[3 * f + k];
+                    map.vert[k] = in.vert_source.empty() ? v : in.vert_source[v];
+                    map.weight[k] = w.w[k];
+                }
+                return true;
+            }
+            const int32_t beyond = in.corner_twin[3 * f + (least + 1) % 3]; // the edge opposite to that corner
+            if (beyond < 0) return false;
+            f = face_of(beyond);
+        }
+        return false;
+    }
+
+private:
+    static constexpr int32_t kMostSteps = 4096;
+    struct Weights {
+        double w[3], height;
+        double least() const { return std::min({w[0], w[1], w[2]}); }
+    };
+    Weights weights_in(int32_t f, const Vec3& x) const {
+        const Vec3 a = in.position(in.corner_vert[3 * f]), b = in.position(in.corner_vert[3 * f + 1]),
+                   c = in.position(in.corner_vert[3 * f + 2]);
+        const Vec3 n = cross(b - a, c - a);
+        const double n2 = length_squared(n);
+        if (!(n2 > 0)) return {{-1, -1, -1}, std::numeric_limits<double>::infinity()};
+        const double wb = dot(n, cross(x - a, c - a)) / n2, wc = dot(n, cross(b - a, x - a)) / n2;
+        return {{1 - wb - wc, wb, wc}, std::fabs(dot(n, x - a)) / std::sqrt(n2)};
+    }
+
+    const Mesh& in;
+    Array<int32_t> vert_corner;
+};
+
 // Where the split vertices lie on the source, through carriers whose ends may be split vertices themselves (older ones).
-void trace_splits(const Mesh& in, const Surface& s, Array<VertexMap>& maps) {
+void trace_splits(const Mesh& in, const Surface& s, double reach, Array<VertexMap>& maps) {
+    Locator locator(in, maps.memory());
     maps.reserve(s.vertices() - s.first_split);
     for (int32_t v = s.first_split; v < s.vertices(); ++v) {
         const SplitVertex& split = s.split_vertices[v - s.first_split];
@@ -148,11 +212,21 @@ void trace_splits(const Mesh& in, const Surface& s, Array<VertexMap>& maps) {
                     if (m.weight[k] != 0) add(m.vert[k], weight * m.weight[k]);
             }
         }
-        // More than three can only come up in flip mode, where the point is not on the source anyway: the three that matter.
+        // Ends inside different edges make more than three. In a flat patch the point has a place on the source all the same; in
+        // the flip modes it may not, and then it is the three that matter most.
         for (int i = 1; i < count; ++i)
             for (int k = i; k > 0 && (shares[k].weight > shares[k - 1].weight ||
                                       (shares[k].weight == shares[k - 1].weight && shares[k].vert < shares[k - 1].vert)); --k)
                 std::swap(shares[k], shares[k - 1]);
+        VertexMap found;
+        if (count > 3) {
+            bool located = false;
+            for (int i = 0; i < count && !located; ++i) located = locator.locate(shares[i].vert, s.at(v), reach, found);
+            if (located) {
+                maps.push_back(found);
+                continue;
+            }
+        }
         count = std::min(count, 3);
         double sum = 0;
         for (int i = 0; i < count; ++i) sum += shares[i].weight;
@@ -165,7 +239,7 @@ void trace_splits(const Mesh& in, const Surface& s, Array<VertexMap>& maps) {
     }
 }
 
-Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_remesh_options& options, Mesh& out) {
+Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_remesh_options& options, double reach, Mesh& out) {
     Memory& memory = context.memory();
     // Faces: dead ones are closed up, in place, keeping the order.
     if (s.dead_faces != 0) {
@@ -226,7 +300,7 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     DM_TRY(context.progress(0.5));
     // Where everything comes from.
     Array<VertexMap> maps(memory);
-    trace_splits(in, s, maps);
+    trace_splits(in, s, reach, maps);
     if (options.compact != 0 || !in.vert_source.empty() || s.first_split != s.first_copy || !maps.empty()) {
         out.vert_source.reserve(count);
         for (int32_t v = 0; v < all; ++v)
@@ -353,7 +427,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     const bool repaired = surface.dead_faces != 0 || surface.first_split != surface.first_copy;
     if (scale != 1)
         for (Vec3& x : surface.pos) x = (1 / scale) * x;
-    DM_TRY(hand_out(context, in, surface, options, out));
+    DM_TRY(hand_out(context, in, surface, options, 16 * rules.resolution / scale, out));
     DM_TRY(count(context, in, repaired, out));
 #if defined(DELMESH_DEBUG_CHECKS)
     DM_TRY(validate_mesh(context, out));
