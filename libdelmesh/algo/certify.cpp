@@ -20,7 +20,8 @@ Status certify_positions(Context& context, const Mesh& mesh, const Real* positio
     const int32_t faces = mesh.faces();
     const int64_t blocks = (faces + kGrain - 1) / kGrain;
     Array<Tally> tallies(context.memory(), blocks, Tally{});
-    Array<uint8_t> marks(context.memory()); // per face: bits 0..2 the corner's edge, bit 3 zero area; only when lists are asked for
+    Array<uint8_t> marks(
+        context.memory()); // per face: bits 0..2 the corner's edge, bit 3 zero area; only when lists are asked for
     const bool listing = nld_corners != nullptr || zero_faces != nullptr;
     if (listing) marks.assign(faces, 0);
     const int32_t* const verts = mesh.corner_vert.data();

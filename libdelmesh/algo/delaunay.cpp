@@ -28,12 +28,18 @@ bool operator<(const Entry& a, const Entry& b) {
     return a.corner > b.corner;
 }
 
-// In units in the last place. Where the precision has no room to split an edge, edges up to kShort may be taken out, and the
-// surface may move by kNeed in all (the report says by how much it did); clean meshes get by with the tolerance.
-constexpr double kShort = 16, kNeed = 64;
+// In units in the last place. Where the precision has no room to split an edge, edges up to kShort may be taken out, vertices
+// closer than kMelt become one, and the surface may move by kNeed in all (the report says by how much it did); clean meshes get
+// by with the tolerance.
+constexpr double kMelt = 4, kShort = 16, kNeed = 64;
 // Splits on one carrier before its splits go to concentric shells. Around a vertex with small angles interval placement can
 // spiral inward from edge to edge; points at equal distances from the vertex stop that.
 constexpr int32_t kPatience = 40, kPatienceAtVertex = 8;
+
+// So many splits per vertex of the input (clean meshes get by with two) are a sign of needles whose rounded spokes are never
+// quite Delaunay: from there on flips may use all of kNeed, which ends it where splits would go down to the precision.
+// A small mesh can afford more, and keeps its surface.
+constexpr int64_t kCrowd = 4, kFewSplits = 20000;
 
 enum class Verdict { flip, kept, guarded, unflippable };
 
@@ -41,7 +47,8 @@ class Loop {
 public:
     Loop(Context& context_, Surface& surface, FlatPatches* flat, const DelaunayRules& rules_, delmesh_remesh_report& report_)
         : context(context_), s(surface), patches(flat), rules(rules_), report(report_), ready(context_.memory()),
-          blocked(context_.memory()), pieces(context_.memory()), carrier_splits(context_.memory()), own_patches(context_.memory()) {}
+          blocked(context_.memory()), pieces(context_.memory()), carrier_splits(context_.memory()), around(context_.memory()),
+          bubble(context_.memory()), cluster(context_.memory()), places(context_.memory()), own_patches(context_.memory()) {}
 
     Status run() {
         DM_TRY(find_nld());
@@ -57,8 +64,10 @@ public:
             if (!ready.empty()) {
                 const Entry e = pop(ready);
                 if (!still_nld(e)) continue;
-                if (judge(e.corner) == Verdict::flip) do_flip(e.corner);
-                else push(blocked, e);
+                if (judge(e.corner) == Verdict::flip)
+                    do_flip(e.corner);
+                else
+                    push(blocked, e);
                 continue;
             }
             if (blocked.empty()) break;
@@ -71,8 +80,10 @@ public:
             const Entry e = pop(blocked);
             if (!still_nld(e)) continue;
             const Verdict verdict = judge(e.corner);
-            if (verdict == Verdict::flip) do_flip(e.corner);
-            else DM_TRY(do_split(e.corner, verdict));
+            if (verdict == Verdict::flip)
+                do_flip(e.corner);
+            else
+                DM_TRY(do_split(e.corner, verdict));
             if (patches == nullptr && report.unflippable >= rules.split_budget) {
                 // Flips and splits could chase each other: from here on it is Algorithm 1, on the surface as it is now.
                 DM_TRY(grow_flat_patches(context, s, 0, own_patches));
@@ -134,14 +145,14 @@ private:
         };
         double c1, s1, c2, s2;
         angle(s.at(s.apex(c)), c1, s1);
-        if (s.is_boundary(c)) c2 = c1, s2 = s1;
-        else angle(s.at(s.apex(s.twin(c))), c2, s2);
+        if (s.is_boundary(c))
+            c2 = c1, s2 = s1;
+        else
+            angle(s.at(s.apex(s.twin(c))), c2, s2);
         return {c1 * c2 - s1 * s2, c, p, q};
     }
 
-    bool still_nld(const Entry& e) const {
-        return s.vert(e.corner) == e.p && s.head(e.corner) == e.q && is_nld(e.corner);
-    }
+    bool still_nld(const Entry& e) const { return s.vert(e.corner) == e.p && s.head(e.corner) == e.q && is_nld(e.corner); }
 
     void look_at(int32_t c) {
         if (is_nld(c)) push(ready, entry(c));
@@ -163,7 +174,8 @@ private:
         new_patch = -1;
         if (patches != nullptr) {
             if (!may_flip_in_place(c, t, p, q, u, v)) return Verdict::kept;
-        } else if (rules.min_turn_cosine > -1.5 && !turns_little(p, q, u, v)) return Verdict::guarded;
+        } else if (rules.min_turn_cosine > -1.5 && !turns_little(p, q, u, v))
+            return Verdict::guarded;
         if (u == v || s.adjacent(u, v)) return Verdict::unflippable;
         if (!in_need && (zero_area(pp, vv, uu) || zero_area(qq, uu, vv))) return Verdict::guarded;
         return Verdict::flip;
@@ -174,7 +186,7 @@ private:
         const Vec3 &pp = s.at(p), &qq = s.at(q), &uu = s.at(u), &vv = s.at(v);
         const int32_t f = face_of(c), g = face_of(t);
         const int32_t patch = patches->face_patch[f];
-        if (s.on_one_carrier(p, v, u) || s.on_one_carrier(q, u, v)) return false;
+        if (!in_need && (s.on_one_carrier(p, v, u) || s.on_one_carrier(q, u, v))) return false;
         if (patch == patches->face_patch[g]) {
             const Vec3& n = patches->plane[patch].normal;
             if (dot(n, cross(vv - pp, uu - pp)) > 0 && dot(n, cross(uu - qq, vv - qq)) > 0) return true;
@@ -187,7 +199,8 @@ private:
         }
         // Within what is left of the tolerance.
         const double before = std::max(patches->moved(f), patches->moved(g));
-        const double limit = in_need ? kNeed * rules.resolution : rules.free_movement;
+        const bool crowded = report.splits > kCrowd * static_cast<int64_t>(s.first_split) + kFewSplits;
+        const double limit = in_need || crowded ? kNeed * rules.resolution : rules.free_movement;
         if (before >= limit) return false;
         const double after = before + flip_displacement(pp, qq, uu, vv);
         if (!(after <= limit)) return false;
@@ -203,8 +216,9 @@ private:
         return length(x - (a + t * d));
     }
     // An upper bound on the two-sided distance between the two pairs of faces of the tetrahedron p q u v. Where the diagonals
-    // cross, seen along their common perpendicular, both pairs cover the same quadrilateral and differ most at the crossing, by the
-    // distance of the diagonals. And if one point is within h of the other diagonal, moving it there makes the pairs coincide.
+    // cross, seen along their common perpendicular, both pairs cover the same quadrilateral and differ most at the crossing,
+    // by the distance of the diagonals. And if one point is within h of the other diagonal, moving it there makes the pairs
+    // coincide.
     static double flip_displacement(const Vec3& p, const Vec3& q, const Vec3& u, const Vec3& v) {
         double least = std::min(std::min(distance_to_segment(u, p, q), distance_to_segment(v, p, q)),
                                 std::min(distance_to_segment(p, u, v), distance_to_segment(q, u, v)));
@@ -264,7 +278,8 @@ private:
     Status do_split(int32_t c, Verdict verdict) {
         const int32_t p = s.vert(c), q = s.head(c);
         if (s.vertices() >= rules.max_vertices)
-            return context.fail(DELMESH_ERROR_VERTEX_LIMIT, "The limit of %lld vertices was reached with edges still to split (edge %d-%d).",
+            return context.fail(DELMESH_ERROR_VERTEX_LIMIT,
+                                "The limit of %lld vertices was reached with edges still to split (edge %d-%d).",
                                 static_cast<long long>(rules.max_vertices), p, q);
         double tp, tq;
         const int32_t carrier = s.carrier_of(p, q, tp, tq);
@@ -277,7 +292,8 @@ private:
             const double edge = length(s.at(q) - s.at(p));
             const double fraction = shell_fraction(edge, rules.shell_unit);
             plan.t[plan.count++] = s.is_original(p) ? fraction : 1 - fraction;
-        } else plan_split(s, patches, rules.boundary_rule, rules.resolution, c, plan);
+        } else
+            plan_split(s, patches, rules.boundary_rule, rules.resolution, c, plan);
         for (const double t : {0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9})
             if (plan.count < SplitPlan::kMost) plan.t[plan.count++] = t;
         for (int i = 0; i < plan.count; ++i) {
@@ -297,67 +313,299 @@ private:
     // No representable point lies between the ends of c: what is smaller than the precision is flipped or taken out.
     bool make_room(int32_t c) {
         in_need = true;
-        const int32_t t = s.twin(c);
-        const bool coincident = t >= 0 && s.at(s.apex(c)) == s.at(s.apex(t)); // the flip would make an edge of zero length
-        bool done = coincident && collapse(c);
-        if (!done && judge(c) == Verdict::flip && (!coincident || may_merge_apexes(c))) {
-            do_flip(c);
-            done = !coincident || collapse(next_corner(c));
-        }
-        if (!done && !coincident) done = collapse(c);
+        const bool done = s.is_boundary(c) ? remove_ears(c) || collapse(c) : make_room_inside(c);
         in_need = false;
         return done;
     }
 
-    // After a flip of c: would the link condition let its new edge be collapsed?
-    bool may_merge_apexes(int32_t c) const {
-        const int32_t p = s.vert(c), q = s.head(c), u = s.apex(c), v = s.apex(s.twin(c));
-        if (s.on_boundary(u) || s.on_boundary(v)) return false;
-        const int32_t start = s.vert_corner[u];
-        int32_t k = start;
-        do {
-            const int32_t x = s.head(k);
-            if (x != p && x != q && s.adjacent(v, x)) return false;
+    bool make_room_inside(int32_t c) {
+        const int32_t t = s.twin(c);
+        if (s.at(s.apex(c)) == s.at(s.apex(t))) { // the flip would make an edge of zero length
+            if (merge_apexes(c)) return true;
+        } else if (judge(c) == Verdict::flip) {
+            do_flip(c);
+            return true;
+        }
+        return melt(c);
+    }
+
+    // Split vertices on different lines crowd where these lines meet at a small angle, closer than the precision can tell apart.
+    // All that is connected within a few units in the last place around c becomes one vertex: the displacement counts once.
+    bool melt(int32_t c) {
+        const int32_t ends[2] = {s.vert(c), s.head(c)};
+        const double reach = std::max(length(s.at(ends[1]) - s.at(ends[0])), kMelt * rules.resolution);
+        if (reach > kShort * rules.resolution) return false;
+        // A vertex at the boundary, whose copies would have to follow, stays where it is; so there may only be one.
+        cluster.clear();
+        int32_t stays = -1;
+        bool fixed = false, with_original = false;
+        const auto add = [&](int32_t v) {
+            if (length(s.at(v) - s.at(ends[0])) > reach || std::find(cluster.begin(), cluster.end(), v) != cluster.end()) return;
+            const bool at_boundary = s.on_boundary(v);
+            if (at_boundary && fixed) return;
+            if (s.is_original(v)) { // a vertex of the input never moves, so there may only be one of these too
+                if (with_original) return;
+                with_original = true;
+            }
+            cluster.push_back(v);
+            fixed |= at_boundary;
+        };
+        add(ends[0]);
+        add(ends[1]);
+        if (cluster.size() < 2) return collapse(c);
+        around.clear(); // faces of the cluster
+        for (int64_t i = 0; i < cluster.size(); ++i) {
+            const int32_t start = s.vert_corner[cluster[i]];
+            for (int32_t k = start;;) {
+                add(s.head(k));
+                around.push_back(face_of(k));
+                k = s.rotate(k);
+                if (k < 0 || k == start) break;
+            }
+        }
+        std::sort(around.begin(), around.end());
+        around.resize_uninitialized(std::unique(around.begin(), around.end()) - around.begin());
+        for (const int32_t v : cluster)
+            if (stays < 0 || (s.on_boundary(v) != s.on_boundary(stays) ? s.on_boundary(v) : v < stays)) stays = v;
+        if (with_original && !s.is_original(stays)) return false; // it is inside, and would have to move to the boundary's
+        const Vec3 place = s.at(stays);
+        double moved = 0, shift = 0;
+        for (const int32_t v : cluster) shift = std::max(shift, length(s.at(v) - place));
+        if (patches != nullptr) {
+            for (const int32_t f : around) moved = std::max(moved, patches->moved(f));
+            moved += shift;
+            if (!(moved <= kNeed * rules.resolution)) return false;
+        }
+        places.clear();
+        for (const int32_t v : cluster) {
+            places.push_back(s.at(v));
+            s.pos[v] = place;
+        }
+        const int32_t first_copy = s.vertices();
+        int64_t merged = 0;
+        for (bool again = true; again;) {
+            again = false;
+            for (const int32_t f : around)
+                for (int32_t k = 3 * f; k < 3 * f + 3 && !s.is_dead(f); ++k) {
+                    const int32_t t = s.twin(k), a = s.vert(k), b = s.head(k);
+                    if (t < 0 || !(s.at(a) == s.at(b))) continue;
+                    const bool first = s.on_boundary(a) != s.on_boundary(b) ? s.on_boundary(a) : a < b;
+                    const int32_t from = first ? k : t;
+                    if (s.collapse_is_legal(from))
+                        s.collapse(from);
+                    else if (!s.collapse_and_cut(from))
+                        continue;
+                    ++merged;
+                    again = true;
+                }
+        }
+        report.collapsed_edges += merged;
+        for (int64_t i = 0; i < cluster.size(); ++i) // a vertex of the input that nothing uses any more is handed out as it was
+            if (s.vert_corner[cluster[i]] < 0) s.pos[cluster[i]] = places[i];
+        if (patches != nullptr)
+            for (const int32_t f : around) {
+                patches->drift[f] = moved;
+                if (!s.is_dead(f)) own_patch(f);
+            }
+        drop_bubbles(place);
+        look_at_changed(first_copy);
+        return merged != 0;
+    }
+
+    // The faces in `around`, and those of copies that cuts made: entries in the queues do not know their new vertices.
+    void look_at_changed(int32_t first_copy) {
+        for (const int32_t f : around)
+            if (!s.is_dead(f)) look_at_face(f);
+        for (int32_t v = first_copy; v < s.vertices(); ++v)
+            if (s.vert_corner[v] >= 0) look_at_faces_of(v);
+    }
+    void look_at_faces_of(int32_t v) {
+        const int32_t start = s.vert_corner[v];
+        for (int32_t k = start;;) {
+            look_at_face(face_of(k));
             k = s.rotate(k);
-        } while (k != start);
+            if (k < 0 || k == start) break;
+        }
+    }
+    void look_at_face(int32_t f) {
+        for (int32_t k = 3 * f; k < 3 * f + 3; ++k) look_at(k);
+    }
+
+    // Two faces back to back: their apexes become one vertex and the faces vanish. Where the apexes have further common
+    // neighbours the surface is a pocket of zero width there; it is cut off, and goes if it is smaller than the precision.
+    bool merge_apexes(int32_t c) {
+        const int32_t u = s.apex(c), v = s.apex(s.twin(c));
+        if (judge(c) != Verdict::flip || s.on_boundary(u) || s.on_boundary(v)) return false;
+        around.clear();
+        for (const int32_t x : {u, v}) {
+            int32_t k = s.vert_corner[x];
+            do {
+                around.push_back(face_of(k));
+                k = s.rotate(k);
+            } while (k != s.vert_corner[x]);
+        }
+        const Vec3 place = s.at(u);
+        do_flip(c);
+        const int32_t made = next_corner(c), back = s.twin(made);
+        const int32_t from = s.vert(made) < s.head(made) ? made : back; // the younger vertex goes
+        const double gone = patches != nullptr ? patches->moved(face_of(made)) : 0;
+        for (const int32_t k : {made, back}) {
+            raise_beyond(next_corner(k), gone);
+            raise_beyond(prev_corner(k), gone);
+        }
+        const int32_t first_copy = s.vertices();
+        if (s.collapse_is_legal(from))
+            s.collapse(from);
+        else
+            s.collapse_and_cut(from);
+        ++report.collapsed_edges;
+        drop_bubbles(place);
+        look_at_changed(first_copy);
         return true;
+    }
+
+    // Of the components that the faces in `around` belong to, removes those that fit into a few units in the last place, and
+    // those of two faces back to back.
+    void drop_bubbles(const Vec3& place) {
+        constexpr int64_t kMost = 64;
+        double extent = 0;
+        for (const int32_t seed : around) {
+            if (s.is_dead(seed)) continue;
+            bubble.clear();
+            bubble.push_back(seed);
+            double reach = 0;
+            for (int64_t i = 0; i < bubble.size() && bubble.size() <= kMost; ++i)
+                for (int32_t k = 3 * bubble[i]; k < 3 * bubble[i] + 3; ++k) {
+                    reach = std::max(reach, length(s.at(s.vert(k)) - place));
+                    if (s.is_boundary(k)) continue;
+                    const int32_t g = face_of(s.twin(k));
+                    if (std::find(bubble.begin(), bubble.end(), g) == bubble.end()) bubble.push_back(g);
+                }
+            if (bubble.size() > kMost || bubble.size() == s.faces() - s.dead_faces) continue;
+            double moved = 0;
+            if (patches != nullptr)
+                for (const int32_t f : bubble) moved = std::max(moved, patches->moved(f));
+            if (reach <= kShort * rules.resolution)
+                extent = std::max(extent, moved + reach);
+            else if (bubble.size() != 2 || !is_covered(moved))
+                continue;
+            report.removed_zero_area_faces += bubble.size();
+            s.remove_component(bubble);
+        }
+        for (const int32_t f : around) // what is left there is within the extent of what was removed
+            if (!s.is_dead(f)) raise(f, extent);
+    }
+
+    // Two faces back to back in `bubble`: is their longest side also one of another face in `around`, which can stand for them?
+    bool is_covered(double moved) {
+        if (patches == nullptr) return true;
+        int32_t side = 3 * bubble[0];
+        double longest = 0;
+        for (int32_t k = side; k < 3 * bubble[0] + 3; ++k) {
+            const double size = length(s.at(s.head(k)) - s.at(s.vert(k)));
+            if (size > longest) longest = size, side = k;
+        }
+        const Vec3 &a = s.at(s.vert(side)), &b = s.at(s.head(side));
+        moved += distance_to_segment(s.at(s.apex(side)), a, b);
+        if (!(moved <= kNeed * rules.resolution)) return false;
+        for (const int32_t f : around) {
+            if (s.is_dead(f) || f == bubble[0] || f == bubble[1]) continue;
+            for (int32_t k = 3 * f; k < 3 * f + 3; ++k)
+                if ((s.at(s.vert(k)) == a && s.at(s.head(k)) == b) || (s.at(s.vert(k)) == b && s.at(s.head(k)) == a)) {
+                    raise(f, moved);
+                    return true;
+                }
+        }
+        return false;
+    }
+
+    // Where copies of the edge share its split vertices, the face in the way may be another one's.
+    bool remove_ears(int32_t c) {
+        if (remove_ear(c)) return true;
+        if (!is_cut(s.twin(c))) return false;
+        const int32_t start = cut_slot(s.twin(c));
+        for (int32_t slot = s.cut_slots[start].next; slot != start; slot = s.cut_slots[slot].next) {
+            const int32_t k = s.cut_slots[slot].corner;
+            if (!remove_ear(k)) continue;
+            look_at(c);
+            return true;
+        }
+        return false;
+    }
+
+    // A face at the boundary that is flat within the precision: it goes, and its other edges become the boundary.
+    bool remove_ear(int32_t c) {
+        const double height = distance_to_segment(s.at(s.apex(c)), s.at(s.vert(c)), s.at(s.head(c)));
+        if (!(height <= rules.resolution) || (s.corner_bits[c] & kEdgeMarked) != 0) return false;
+        const int32_t f = face_of(c), n = s.twin(next_corner(c)), p = s.twin(prev_corner(c));
+        if (patches != nullptr) {
+            // Either its one long side is still covered by a copy, or its two others by what is there.
+            const bool long_side = is_cut(s.twin(c)) && s.cut_slots[cut_slot(s.twin(c))].next != cut_slot(s.twin(c));
+            const auto covered = [](int32_t twin) { return twin >= 0 || is_cut(twin); };
+            if (!long_side && !(covered(n) && covered(p))) return false;
+            const double moved = patches->moved(f) + height;
+            if (!(moved <= kNeed * rules.resolution)) return false;
+            for (int32_t k = 3 * f; k < 3 * f + 3; ++k) raise_beyond(k, moved);
+        }
+        const int32_t first_copy = s.vertices();
+        around.clear();
+        for (const int32_t k : {n, p})
+            if (k >= 0) around.push_back(face_of(k));
+        s.remove_boundary_face(c);
+        ++report.removed_zero_area_faces;
+        look_at_changed(first_copy);
+        return true;
+    }
+
+    // The face has come to stand for a part of the surface that is up to `moved` away from it.
+    void raise(int32_t face, double moved) {
+        if (patches == nullptr) return;
+        double& drift = patches->drift[face];
+        drift = std::max(drift, moved - patches->plane[patches->face_patch[face]].thickness);
+    }
+    void raise_beyond(int32_t c, double moved) {
+        const int32_t t = s.twin(c);
+        if (t >= 0) raise(face_of(t), moved);
+        if (!is_cut(t)) return;
+        for (int32_t slot = s.cut_slots[cut_slot(t)].next; slot != cut_slot(t); slot = s.cut_slots[slot].next)
+            raise(face_of(s.cut_slots[slot].corner), moved);
     }
 
     // Merges the ends of a very short edge, if that keeps the topology, leaves no face without area, and the tolerance allows it.
     bool collapse(int32_t c) {
-        if (length(s.at(s.head(c)) - s.at(s.vert(c))) > kShort * rules.resolution) return false;
+        const double size = length(s.at(s.head(c)) - s.at(s.vert(c)));
+        if (size > kShort * rules.resolution) return false;
         const int32_t t = s.twin(c);
         // The younger vertex goes: a split vertex rather than one of the input's.
         const int32_t keeps_first = s.vert(c) < s.head(c) || t < 0 ? c : t;
         const int32_t stays = s.vert(keeps_first), goes = s.head(keeps_first);
         if (s.is_original(goes) && t < 0) return false;
         if (!s.collapse_is_legal(keeps_first)) return false;
-        double moved = 0;
+        around.clear(); // faces of the vertex that goes
         const int32_t start = s.vert_corner[goes];
         for (int32_t k = start;;) {
             if (is_cut(s.twin(k)) || is_cut(s.twin(prev_corner(k)))) return false; // its copies would have to follow
-            if (patches != nullptr) moved = std::max(moved, patches->moved(face_of(k)));
+            if (patches != nullptr && !(patches->moved(face_of(k)) + size <= kNeed * rules.resolution)) return false;
             const int32_t x = s.head(k), y = s.apex(k);
             if (x != stays && y != stays && zero_area(s.at(stays), s.at(x), s.at(y))) return false;
+            around.push_back(face_of(k));
             k = s.rotate(k);
             if (k < 0 || k == start) break;
         }
-        moved += length(s.at(goes) - s.at(stays));
-        if (patches != nullptr && !(moved <= kNeed * rules.resolution)) return false;
+        if (patches != nullptr) {
+            for (const int32_t f : around) patches->drift[f] = patches->moved(f) + size; // of a patch of its own, from here on
+            for (const int32_t k : {c, t}) {
+                if (k < 0) continue;
+                raise_beyond(next_corner(k), patches->drift[face_of(k)]);
+                raise_beyond(prev_corner(k), patches->drift[face_of(k)]);
+            }
+        }
         s.collapse(keeps_first);
         ++report.collapsed_edges;
-        const int32_t first = s.vert_corner[stays];
-        for (int32_t k = first;;) {
-            if (patches != nullptr) {
-                patches->drift[face_of(k)] = moved;
-                own_patch(face_of(k));
-            }
-            look_at(k);
-            look_at(next_corner(k));
-            look_at(prev_corner(k));
-            k = s.rotate(k);
-            if (k < 0 || k == first) break;
-        }
+        if (patches != nullptr)
+            for (const int32_t f : around)
+                if (!s.is_dead(f)) own_patch(f);
+        look_at_faces_of(stays);
         return true;
     }
 
@@ -379,16 +627,20 @@ private:
     }
 
     void commit_split(int32_t c, const SplitVertex& where, const Vec3& position, Verdict verdict) {
-        if (s.is_boundary(c)) ++report.boundary_splits;
-        else if (s.is_kept(c)) ++report.kept_splits;
-        else if (verdict == Verdict::guarded) ++report.guarded;
-        else if (verdict == Verdict::unflippable) count_unflippable(c);
+        if (s.is_boundary(c))
+            ++report.boundary_splits;
+        else if (s.is_kept(c))
+            ++report.kept_splits;
+        else if (verdict == Verdict::guarded)
+            ++report.guarded;
+        else if (verdict == Verdict::unflippable)
+            count_unflippable(c);
         s.split_everywhere(c, position, where, pieces);
         report.splits += pieces.size();
         for (const int32_t piece : pieces) {
             // The faces appended for this copy follow those they were cut from.
-            const int32_t across = next_corner(piece);           // s -> apex
-            const int32_t tail = next_corner(s.twin(across));    // of apex -> s: s -> head
+            const int32_t across = next_corner(piece);        // s -> apex
+            const int32_t tail = next_corner(s.twin(across)); // of apex -> s: s -> head
             spread(piece, tail);
             look_at(piece);
             look_at(tail);
@@ -430,9 +682,12 @@ private:
     delmesh_remesh_report& report;
     Array<Entry> ready, blocked;
     Array<int32_t> pieces, carrier_splits;
+    Array<int32_t> around, bubble; // faces
+    Array<int32_t> cluster;
+    Array<Vec3> places;
     FlatPatches own_patches; // for the flip modes, when their split budget is spent
-    bool in_need = false;   // the edge at hand has no room for a vertex
-    double new_drift = -1;  // what judge() found out for do_flip()
+    bool in_need = false;    // the edge at hand has no room for a vertex
+    double new_drift = -1;   // what judge() found out for do_flip()
     int32_t new_patch = -1;
 };
 

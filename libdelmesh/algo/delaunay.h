@@ -14,13 +14,14 @@ struct DelaunayRules {
     double shell_unit = 0;
     double min_turn_cosine = -2; // a flip may turn a normal up to the angle with this cosine; -2: any
     double resolution = 0;       // unit in the last place of the largest coordinate, at the output precision
-    double free_movement = 0;    // preserve: how far flips outside of patches may move the surface, where a split would do as well
+    double free_movement = 0; // preserve: how far flips outside of patches may move the surface, where a split would do as well
     int64_t max_vertices = 0;
-    int64_t split_budget = 0;    // flip modes: after so many splits of unflippable edges, bent edges are not flipped any more
+    int64_t split_budget = 0; // flip modes: after so many splits of unflippable edges, bent edges are not flipped any more
 };
 
 // patches: null in the flip modes (every edge that is not kept may be flipped).
 // Counts go to the report. Fails with VERTEX_LIMIT or PRECISION when no rule ends it, CANCELLED, or memory.
-Status make_delaunay(Context& context, Surface& surface, FlatPatches* patches, const DelaunayRules& rules, delmesh_remesh_report& report);
+Status make_delaunay(Context& context, Surface& surface, FlatPatches* patches, const DelaunayRules& rules,
+                     delmesh_remesh_report& report);
 
 } // namespace dm

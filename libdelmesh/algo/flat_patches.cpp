@@ -22,8 +22,9 @@ Status grow_flat_patches(Context& context, const Surface& s, double thickness, F
         seeds.push_back({longest > 0 ? length_squared(cross(b - a, c - a)) / longest : 0, f});
     }
     if (thickness > 0)
-        std::sort(seeds.begin(), seeds.end(),
-                  [](const Seed& a, const Seed& b) { return a.altitude != b.altitude ? a.altitude > b.altitude : a.face < b.face; });
+        std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
+            return a.altitude != b.altitude ? a.altitude > b.altitude : a.face < b.face;
+        });
     out.face_patch.assign(faces, -1);
     out.drift.assign(faces, 0);
     out.plane.clear();
@@ -58,7 +59,8 @@ Status grow_flat_patches(Context& context, const Surface& s, double thickness, F
                     if (!(dot(n, turned) >= 0)) continue;
                     lowest = std::min(lowest, height);
                     highest = std::max(highest, height);
-                } else if (!flat_edge(s.at(s.vert(k)), s.at(s.head(k)), s.at(s.apex(k)), far)) continue;
+                } else if (!flat_edge(s.at(s.vert(k)), s.at(s.head(k)), s.at(s.apex(k)), far))
+                    continue;
                 out.face_patch[g] = patch;
                 front.push_back(g);
             }

@@ -24,7 +24,8 @@ struct FlatPatches {
     double moved(int32_t face) const { return drift[face] + plane[face_patch[face]].thickness; }
 };
 
-// thickness: of the slab, parallel to the seed, that may hold a patch; 0: exactly coplanar neighbours only. Kept edges are not crossed.
+// thickness: of the slab, parallel to the seed, that may hold a patch; 0: exactly coplanar neighbours only.
+// Kept edges are not crossed.
 Status grow_flat_patches(Context& context, const Surface& surface, double thickness, FlatPatches& out);
 
 } // namespace dm

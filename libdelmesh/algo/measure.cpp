@@ -21,7 +21,9 @@ constexpr int64_t kQualityGrain = 4096; // faces
 constexpr int64_t kSampleGrain = 256;   // triangles or samples: some hundred closest-point queries
 constexpr int64_t kSamplesPerFace = 4, kLeastSamples = 100000, kMostSamples = int64_t{1} << 40;
 
-double angle_between(const Vec3& a, const Vec3& b) { return kDegrees * std::atan2(length(cross(a, b)), dot(a, b)); }
+double angle_between(const Vec3& a, const Vec3& b) {
+    return kDegrees * std::atan2(length(cross(a, b)), dot(a, b));
+}
 
 // ---- Quality ----------------------------------------------------------------------------------------------------------------
 
@@ -93,8 +95,8 @@ double diagonal(const Box& box, const Frame& frame) {
 
 struct DistanceTally {
     double max_squared = 0;
-    double sum_squared = 0, weight = 0;               // of the samples spread by area
-    double spot_sum_squared = 0, spot_weight = 0;     // of vertices and midpoints
+    double sum_squared = 0, weight = 0;                 // of the samples spread by area
+    double spot_sum_squared = 0, spot_weight = 0;       // of vertices and midpoints
     double turn_sum = 0, turn_weight = 0, turn_max = 0; // degrees
 
     void add(const DistanceTally& o) {
@@ -120,7 +122,9 @@ DistanceTally sum(const Array<DistanceTally>& tallies) {
     return all;
 }
 
-Vec3 normal(const Bvh::Triangle& t) { return cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]); }
+Vec3 normal(const Bvh::Triangle& t) {
+    return cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
+}
 
 // The triangular van der Corput sequence (Basu and Owen 2015): the digits of `index` to the base of 4 say which of the four
 // similar parts of the triangle to go into, the lowest first, so that any run of consecutive numbers is well spread.
@@ -198,8 +202,10 @@ Status measure_samples(Context& context, const Bvh& from, const Bvh& to, int64_t
         int32_t t = 0; // the first triangle that ends beyond sample `first`
         for (int32_t beyond = triangles - 1; t < beyond;) {
             const int32_t middle = t + (beyond - t) / 2;
-            if (samples_up_to(middle) > first) beyond = middle;
-            else t = middle + 1;
+            if (samples_up_to(middle) > first)
+                beyond = middle;
+            else
+                t = middle + 1;
         }
         int32_t guess = near[t];
         for (int64_t i = first; i < last; ++i) {

@@ -19,7 +19,9 @@ inline void scan_nld(int32_t begin, int32_t end, Vert vert, Twin twin, At at, bo
     // cross product's components by less than that of theirs; the factor here is generous, and what is below kTiny may have
     // lost bits to underflow. What is not clear goes to the exact predicates.
     constexpr double kSafe = 1e-14, kTiny = 1e-280;
-    const auto clearly_positive = [](double d, double magnitude) { return d > kSafe * magnitude && d > kTiny && magnitude < 1e280; };
+    const auto clearly_positive = [](double d, double magnitude) {
+        return d > kSafe * magnitude && d > kTiny && magnitude < 1e280;
+    };
     for (int32_t f = begin; f < end; ++f) {
         const int32_t c0 = 3 * f;
         const int32_t i0 = vert(c0), i1 = vert(c0 + 1), i2 = vert(c0 + 2);
@@ -36,7 +38,8 @@ inline void scan_nld(int32_t begin, int32_t end, Vert vert, Twin twin, At at, bo
         const Vec3 n = cross(e0, e1);
         const double reach = kSafe * (std::fabs(e0.x) + std::fabs(e0.y) + std::fabs(e0.z)) *
                              (std::fabs(e1.x) + std::fabs(e1.y) + std::fabs(e1.z)); // more than n can be off
-        const bool has_area = (std::fabs(n.x) > reach || std::fabs(n.y) > reach || std::fabs(n.z) > reach) && reach > kTiny && reach < 1e280;
+        const bool has_area =
+            (std::fabs(n.x) > reach || std::fabs(n.y) > reach || std::fabs(n.z) > reach) && reach > kTiny && reach < 1e280;
         if (!has_area && zero_area(p[0], p[1], p[2])) on_zero(f);
         for (int k = 0; k < 3; ++k) {
             if (clearly_positive(d[k], m[k])) continue;

@@ -21,6 +21,8 @@ Status parallel_slices(Context& context, int64_t count, int64_t grain, double fr
     return DELMESH_OK;
 }
 
-inline int64_t block_count(int64_t count, int64_t grain) { return (count + grain - 1) / grain; }
+inline int64_t block_count(int64_t count, int64_t grain) {
+    return (count + grain - 1) / grain;
+}
 
 } // namespace dm

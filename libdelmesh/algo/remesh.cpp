@@ -89,7 +89,7 @@ double cosine_of_degrees(double degrees) {
 // in feature mode those sharper than the angle.
 Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, double feature_angle) {
     const double limit = features ? cosine_of_degrees(feature_angle) : 0;
-    const bool polygons = !in.face_source.empty();
+    const bool polygons = in.imported && !in.face_source.empty();
     if (!features && !polygons) {
         for (uint8_t& bits : s.corner_bits) bits |= kEdgeSource;
         return DELMESH_OK;
@@ -116,7 +116,7 @@ Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, d
 
 int32_t source_of(const Mesh& in, const Surface& s, int32_t v) {
     v = s.copied(v);
-    return in.vert_source.empty() ? v : in.vert_source[v];
+    return in.imported && !in.vert_source.empty() ? in.vert_source[v] : v;
 }
 
 // Finds source faces. Made only when a split vertex asks for one, since it takes a pass over the mesh.
@@ -148,10 +148,11 @@ public:
             const int least = w.w[0] <= w.w[1] ? (w.w[0] <= w.w[2] ? 0 : 2) : (w.w[1] <= w.w[2] ? 1 : 2);
             if (!(w.w[least] < -1e-9)) {
                 if (!(w.height <= reach)) return false;
+                const double sum = std::max(0.0, w.w[0]) + std::max(0.0, w.w[1]) + std::max(0.0, w.w[2]);
                 for (int k = 0; k < 3; ++k) {
                     const int32_t v = in.corner_vert[3 * f + k];
-                    map.vert[k] = in.vert_source.empty() ? v : in.vert_source[v];
-                    map.weight[k] = w.w[k];
+                    map.vert[k] = in.imported && !in.vert_source.empty() ? in.vert_source[v] : v;
+                    map.weight[k] = std::max(0.0, w.w[k]) / sum;
                 }
                 return true;
             }
@@ -205,7 +206,8 @@ void trace_splits(const Mesh& in, const Surface& s, double reach, Array<VertexMa
         for (int end = 0; end < 2; ++end) {
             const int32_t x = end == 0 ? line.a : line.b;
             const double weight = end == 0 ? 1 - split.t : split.t;
-            if (s.is_original(x)) add(source_of(in, s, x), weight);
+            if (s.is_original(x))
+                add(source_of(in, s, x), weight);
             else {
                 const VertexMap& m = maps[x - s.first_split];
                 for (int k = 0; k < 3; ++k)
@@ -216,7 +218,8 @@ void trace_splits(const Mesh& in, const Surface& s, double reach, Array<VertexMa
         // the flip modes it may not, and then it is the three that matter most.
         for (int i = 1; i < count; ++i)
             for (int k = i; k > 0 && (shares[k].weight > shares[k - 1].weight ||
-                                      (shares[k].weight == shares[k - 1].weight && shares[k].vert < shares[k - 1].vert)); --k)
+                                      (shares[k].weight == shares[k - 1].weight && shares[k].vert < shares[k - 1].vert));
+                 --k)
                 std::swap(shares[k], shares[k - 1]);
         VertexMap found;
         if (count > 3) {
@@ -295,13 +298,15 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
             positions[i++] = static_cast<Real>(x.z);
         }
     };
-    if (out.precision == Precision::f32) write(out.pos32);
-    else write(out.pos64);
+    if (out.precision == Precision::f32)
+        write(out.pos32);
+    else
+        write(out.pos64);
     DM_TRY(context.progress(0.5));
     // Where everything comes from.
     Array<VertexMap> maps(memory);
     trace_splits(in, s, reach, maps);
-    if (options.compact != 0 || !in.vert_source.empty() || s.first_split != s.first_copy || !maps.empty()) {
+    if (options.compact != 0 || (in.imported && !in.vert_source.empty()) || s.first_split != s.first_copy || !maps.empty()) {
         out.vert_source.reserve(count);
         for (int32_t v = 0; v < all; ++v)
             if (stays(v)) out.vert_source.push_back(s.is_original(v) ? source_of(in, s, v) : -1);
@@ -313,7 +318,8 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
         for (int32_t v = 0; v < all; ++v) {
             if (!stays(v)) continue;
             int32_t root = v;
-            if (!s.vert_root.empty()) root = s.vert_root[v];
+            if (!s.vert_root.empty())
+                root = s.vert_root[v];
             else if (s.is_original(v)) {
                 root = s.copied(v);
                 if (!in.vert_join.empty()) root = in.vert_join[root];
@@ -334,8 +340,10 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     out.split_map = std::move(maps);
     out.first_split = count - static_cast<int32_t>(out.split_map.size());
     const bool same_faces = s.faces() == in.faces() && s.dead_faces == 0;
-    if (!in.face_source.empty() || !same_faces) {
-        for (int32_t& f : s.face_src) f = in.face_source.empty() ? f : in.face_source[f];
+    const bool look_through = in.imported && !in.face_source.empty();
+    if (look_through || !same_faces) {
+        if (look_through)
+            for (int32_t& f : s.face_src) f = in.face_source[f];
         out.face_source = std::move(s.face_src);
     }
     out.corner_vert = std::move(s.corner_vert);
@@ -388,17 +396,19 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     rules.boundary_rule = options.boundary == DELMESH_BOUNDARY_NONOBTUSE;
     rules.shells = options.placement == DELMESH_PLACEMENT_SHELLS;
     rules.shell_unit = options.shell_unit > 0 ? scale * options.shell_unit : extent.diagonal / 1024;
-    rules.min_turn_cosine = options.max_normal_turn >= 0 && options.max_normal_turn < 180 ? cosine_of_degrees(options.max_normal_turn) : -2;
+    rules.min_turn_cosine =
+        options.max_normal_turn >= 0 && options.max_normal_turn < 180 ? cosine_of_degrees(options.max_normal_turn) : -2;
     rules.resolution = last_place(precision, extent.largest);
     const int64_t most = std::numeric_limits<int32_t>::max() / 6; // corners stay below 2^31
-    rules.max_vertices = std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 10000, most);
+    rules.max_vertices =
+        std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 10000, most);
     rules.split_budget = options.split_budget > 0 ? options.split_budget : in.vertices() / 50 + 200;
     DM_TRY(mark_edges(context, in, surface, options.mode == DELMESH_MODE_FEATURE, options.feature_angle));
     report.seconds_repair = watch.lap();
 
-    // The tolerance is spent on three things that add up: the slab of a patch, flips outside of patches, and the rounding of split
-    // vertices (half a unit in each coordinate, so less than 0.87 in all). A part is kept back for the places where the precision
-    // has no room for a split vertex.
+    // The tolerance is spent on three things that add up: the slab of a patch, flips outside of patches, and the rounding of
+    // split vertices (half a unit in each coordinate, so less than 0.87 in all). A part is kept back for the places where the
+    // precision has no room for a split vertex.
     const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : scale * options.tolerance;
     if (preserve) rules.free_movement = 0.85 * std::max(0.0, tolerance - kSplitRounding * rules.resolution);
     FlatPatches patches(context.memory());
@@ -442,9 +452,12 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     report.certified = certificate.delaunay(rules.boundary_rule) ? 1 : 0;
     report.seconds_certify = watch.lap();
     if (report.certified == 0) {
-        const int32_t face = certificate.first_zero_face >= 0 ? certificate.first_zero_face : face_of(certificate.first_bad_corner);
+        const int32_t face =
+            certificate.first_zero_face >= 0 ? certificate.first_zero_face : face_of(certificate.first_bad_corner);
         const int32_t source = out.face_source.empty() ? face : out.face_source[face];
-        return context.fail(DELMESH_ERROR_PRECISION, "The output precision could not hold a Delaunay mesh at face %d: %lld NLD edges and %lld faces without area were left.",
+        return context.fail(DELMESH_ERROR_PRECISION,
+                            "The output precision could not hold a Delaunay mesh at face %d: %lld NLD edges and %lld faces "
+                            "without area were left.",
                             source, static_cast<long long>(report.nld_out), static_cast<long long>(certificate.zero_area_faces));
     }
     return DELMESH_OK;

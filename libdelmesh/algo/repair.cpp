@@ -15,10 +15,11 @@ public:
         for (int32_t f = 0; f < s.faces(); ++f)
             if (!s.is_dead(f) && without_area(f)) work.push_back(f);
         if (work.empty()) return DELMESH_OK;
-        if (work.size() == s.faces()) return context.fail(DELMESH_ERROR_NO_SURFACE, "No face had any area at the output precision.");
+        if (work.size() == s.faces())
+            return context.fail(DELMESH_ERROR_NO_SURFACE, "No face had any area at the output precision.");
         if (strict)
-            return context.fail(DELMESH_ERROR_STRICT, "Face %d had no area at the output precision, and %lld more.", s.face_src[work[0]],
-                                static_cast<long long>(work.size() - 1));
+            return context.fail(DELMESH_ERROR_STRICT, "Face %d had no area at the output precision, and %lld more.",
+                                s.face_src[work[0]], static_cast<long long>(work.size() - 1));
         // A repair can make a neighbour repairable, so go on while something happens. Each step removes a face without area.
         bool happened = true;
         int64_t steps = 0;
@@ -41,16 +42,26 @@ public:
     }
 
 private:
-    bool without_area(int32_t f) const { return zero_area(s.at(s.vert(3 * f)), s.at(s.vert(3 * f + 1)), s.at(s.vert(3 * f + 2))); }
+    bool without_area(int32_t f) const {
+        return zero_area(s.at(s.vert(3 * f)), s.at(s.vert(3 * f + 1)), s.at(s.vert(3 * f + 2)));
+    }
 
     bool mend(int32_t f) {
         for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
             if (!(s.at(s.vert(c)) == s.at(s.head(c)))) continue;
-            // The smaller vertex stays: the caller's first of the two.
+            // The smaller vertex stays: the caller's first of the two, and the same one on all sheets of a cut edge.
+            const int32_t p = s.vert(c), q = s.head(c);
+            const auto before = [&](int32_t a, int32_t b) {
+                const int32_t ra = s.vert_root.empty() ? a : s.vert_root[a], rb = s.vert_root.empty() ? b : s.vert_root[b];
+                return ra != rb ? ra < rb : a < b;
+            };
             const int32_t t = s.twin(c);
-            const int32_t from = t >= 0 && s.head(c) < s.vert(c) ? t : c;
-            if (s.collapse_is_legal(from)) s.collapse(from);
-            else if (!s.collapse_and_cut(from)) continue;
+            const bool turn = t >= 0 && before(q, p);
+            if (s.collapse_is_legal(turn ? t : c)) {
+                s.collapse(turn ? t : c);
+                if (t < 0 && before(q, p) && s.vert_corner[p] >= 0) s.rename(p, q);
+            } else if (!s.collapse_and_cut(turn ? t : c))
+                continue;
             ++report.collapsed_edges;
             return true;
         }

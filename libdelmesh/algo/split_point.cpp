@@ -14,7 +14,7 @@ struct Point2 {
 // An edge that a new vertex at (t, 0) would look at, with the inequality t^2 + linear t + constant >= 0 that keeps it Delaunay.
 struct Watched {
     double linear, constant;
-    bool fixed;              // a violation costs a split; otherwise the edge is flipped and the new vertex sees what is behind
+    bool fixed; // a violation costs a split; otherwise the edge is flipped and the new vertex sees what is behind
     int32_t first_child = 0, children = 0;
     double at(double t) const { return (t + linear) * t + constant; }
 };
@@ -25,7 +25,8 @@ constexpr double kMargin = 1e-4; // of the edge's length, kept from the ends of 
 
 class Planner {
 public:
-    Planner(const Surface& surface, const FlatPatches* flat, bool boundary_rule) : s(surface), patches(flat), rule(boundary_rule) {}
+    Planner(const Surface& surface, const FlatPatches* flat, bool boundary_rule)
+        : s(surface), patches(flat), rule(boundary_rule) {}
 
     void plan(int32_t c, double resolution, SplitPlan& out) {
         origin = s.at(s.vert(c));
@@ -74,8 +75,8 @@ private:
         const double up_length = length(up);
         const Frame frame{up_length > 0 ? (1 / up_length) * up : Vec3{0, 0, 0}};
         const Point2 u{x, up_length / std::sqrt(length2)};
-        // Seen from (t, 0), counter-clockwise: from the head of the edge to the apex, then from the apex to the start. For a corner
-        // whose edge runs against c (the twin), start and head change places; the order does not matter to the inequality.
+        // Seen from (t, 0), counter-clockwise: from the head of the edge to the apex, then from the apex to the start. For a
+        // corner whose edge runs against c (the twin), start and head change places; the order does not matter to the inequality.
         const Point2 start = flat(s.vert(k), frame), head = flat(s.head(k), frame);
         const int32_t first = watch(next_corner(k), head, u);
         const int32_t second = watch(prev_corner(k), u, start);
@@ -113,7 +114,8 @@ private:
             if (!(area > 1e-14 * std::fabs(d))) {
                 if (d > 0) return -1; // a needle's far end: never violated
                 cotangent = -1e14;
-            } else cotangent = d / area;
+            } else
+                cotangent = d / area;
         }
         // With the new vertex n = (t, 0): dot(a - n, b - n) + cotangent cross >= 0, where cross is positive in front of the edge.
         Point2 p = a, q = b;
@@ -212,7 +214,8 @@ private:
 
 } // namespace
 
-void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, double resolution, int32_t c, SplitPlan& plan) {
+void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, double resolution, int32_t c,
+                SplitPlan& plan) {
     Planner(surface, patches, boundary_rule).plan(c, resolution, plan);
 }
 

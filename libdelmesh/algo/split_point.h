@@ -22,7 +22,8 @@ struct SplitPlan {
 
 // patches: where flips are free (preserve), or null where every edge that is not kept can be flipped.
 // resolution: distance between neighbouring coordinates of the output precision near the model's size.
-void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, double resolution, int32_t c, SplitPlan& plan);
+void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, double resolution, int32_t c,
+                SplitPlan& plan);
 
 // The paper's concentric shells: the distance from `origin`, an end of an edge of this length, that is a power of two times unit
 // and nearest to half the length (the smaller at a tie). As a fraction of the length, always within [1/3, 2/3].

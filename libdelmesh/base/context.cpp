@@ -13,7 +13,9 @@ constexpr std::chrono::milliseconds kReportInterval{50}; // hosts redraw on prog
 Context::Context(const delmesh_context_options& options, Memory* memory)
     : memory_(memory), options_(options), pool_(options.max_threads, options.parallel_for, options.user) {}
 
-Context::~Context() { memory_->release(); }
+Context::~Context() {
+    memory_->release();
+}
 
 Status Context::fail(Status status, const char* format, ...) {
     va_list arguments;

@@ -62,13 +62,16 @@ public:
             std::atomic<int64_t> done{0};
         } job{&body, this, count, grain < 1 ? 1 : grain, {}};
         const int64_t blocks = (count + job.grain - 1) / job.grain;
-        pool_.run(static_cast<int32_t>(blocks), [](void* data, int32_t block) {
-            Job& j = *static_cast<Job*>(data);
-            if (j.context->cancel_requested()) return;
-            const int64_t begin = block * j.grain;
-            const int64_t end = begin + j.grain < j.count ? begin + j.grain : j.count;
-            (*j.body)(static_cast<int64_t>(block), begin, end);
-        }, &job);
+        pool_.run(
+            static_cast<int32_t>(blocks),
+            [](void* data, int32_t block) {
+                Job& j = *static_cast<Job*>(data);
+                if (j.context->cancel_requested()) return;
+                const int64_t begin = block * j.grain;
+                const int64_t end = begin + j.grain < j.count ? begin + j.grain : j.count;
+                (*j.body)(static_cast<int64_t>(block), begin, end);
+            },
+            &job);
         return progress(last_fraction_);
     }
 
@@ -86,10 +89,10 @@ private:
     char error_[512] = {0};
 };
 
-#define DM_TRY(expression)                                     \
-    do {                                                       \
-        const ::dm::Status dm_try_status = (expression);       \
-        if (dm_try_status != DELMESH_OK) return dm_try_status; \
+#define DM_TRY(expression)                                                                                                       \
+    do {                                                                                                                         \
+        const ::dm::Status dm_try_status = (expression);                                                                         \
+        if (dm_try_status != DELMESH_OK) return dm_try_status;                                                                   \
     } while (0)
 
 } // namespace dm

@@ -28,7 +28,9 @@ public:
                          : "m"(default_control), "m"(default_mxcsr)
                          : "memory");
     }
-    ~FloatEnvironment() { __asm__ volatile("fldenv %0\n\tldmxcsr %1" : : "m"(x87_), "m"(mxcsr_) : "memory"); }
+    ~FloatEnvironment() {
+        __asm__ volatile("fldenv %0\n\tldmxcsr %1" : : "m"(x87_), "m"(mxcsr_) : "memory");
+    }
 
 private:
     struct X87 {
@@ -41,7 +43,9 @@ private:
         std::fegetenv(&saved_);
         std::fesetenv(FE_DFL_ENV);
     }
-    ~FloatEnvironment() { std::fesetenv(&saved_); }
+    ~FloatEnvironment() {
+        std::fesetenv(&saved_);
+    }
 
 private:
     std::fenv_t saved_;

@@ -13,8 +13,10 @@ struct Number {
         std::snprintf(text, sizeof text, "%.9g", x);
         char* end = text;
         for (const char* p = text; *p != 0; ++p) {
-            if ((*p >= '0' && *p <= '9') || (*p >= 'a' && *p <= 'z') || *p == '-' || *p == '+') *end++ = *p;
-            else if (end == text || end[-1] != '.') *end++ = '.'; // the locale's decimal point, in however many bytes
+            if ((*p >= '0' && *p <= '9') || (*p >= 'a' && *p <= 'z') || *p == '-' || *p == '+')
+                *end++ = *p;
+            else if (end == text || end[-1] != '.')
+                *end++ = '.'; // the locale's decimal point, in however many bytes
         }
         *end = 0;
     }

@@ -28,8 +28,8 @@ private:
     static constexpr int32_t kMostThreads = 64;
 
     void start_threads();
-    void work();          // a thread's life
-    void take_tasks();    // until none is left
+    void work();       // a thread's life
+    void take_tasks(); // until none is left
 
     int32_t max_threads_;
     delmesh_parallel_for_fn host_;

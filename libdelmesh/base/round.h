@@ -24,7 +24,9 @@ inline double round_to_f32(double x) {
     return static_cast<double>(f);
 }
 
-inline double round_to(Precision p, double x) { return p == Precision::f32 ? round_to_f32(x) : x; }
+inline double round_to(Precision p, double x) {
+    return p == Precision::f32 ? round_to_f32(x) : x;
+}
 inline Vec3 round_to(Precision p, const Vec3& a) {
     if (p == Precision::f64) return a;
     return {round_to_f32(a.x), round_to_f32(a.y), round_to_f32(a.z)};

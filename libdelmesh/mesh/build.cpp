@@ -52,6 +52,7 @@ public:
         DM_TRY(triangles_only_ ? read_triangles() : read_polygons());
         DM_TRY(connect_faces(context_, input_.strict, 0.4, 0.9, mesh_));
         mesh_.first_split = mesh_.vertex_count;
+        mesh_.imported = true;
         forget_identity(mesh_.face_source);
         if (input_.marked_edges.type != 0) DM_TRY(mark_edges());
         log_repairs();

@@ -21,16 +21,28 @@
 
 namespace dm {
 
-inline int32_t next_corner(int32_t c) { return c % 3 == 2 ? c - 2 : c + 1; }
-inline int32_t prev_corner(int32_t c) { return c % 3 == 0 ? c + 2 : c - 1; }
-inline int32_t face_of(int32_t c) { return c / 3; }
+inline int32_t next_corner(int32_t c) {
+    return c % 3 == 2 ? c - 2 : c + 1;
+}
+inline int32_t prev_corner(int32_t c) {
+    return c % 3 == 0 ? c + 2 : c - 1;
+}
+inline int32_t face_of(int32_t c) {
+    return c / 3;
+}
 
 // corner_twin of a boundary corner: kBoundary, or cut_twin(slot) where a non-manifold edge was cut open. The slot leads to the
 // ring of all copies of that edge, so that a split of one can be made on all.
 constexpr int32_t kBoundary = -1;
-inline int32_t cut_twin(int32_t slot) { return -2 - slot; }
-inline bool is_cut(int32_t twin) { return twin <= -2; }
-inline int32_t cut_slot(int32_t twin) { return -2 - twin; }
+inline int32_t cut_twin(int32_t slot) {
+    return -2 - slot;
+}
+inline bool is_cut(int32_t twin) {
+    return twin <= -2;
+}
+inline int32_t cut_slot(int32_t twin) {
+    return -2 - twin;
+}
 struct CutSlot {
     int32_t corner; // the boundary corner that has this slot
     int32_t next;   // slot of the next copy of the same edge (a ring)
@@ -52,7 +64,8 @@ struct VertexMap {
 struct MeshCounts { // see delmesh_mesh_info
     int64_t edges = 0, boundary_edges = 0, isolated_vertices = 0, components = 0, boundary_loops = 0, euler_characteristic = 0;
     int64_t polygons = 0, welded_vertices = 0, degenerate_faces = 0, duplicate_faces = 0, non_finite_faces = 0,
-            reoriented_faces = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0, copied_vertices = 0, unmatched_marked_edges = 0;
+            reoriented_faces = 0, nonmanifold_edges = 0, nonmanifold_vertices = 0, copied_vertices = 0,
+            unmatched_marked_edges = 0;
 };
 
 struct Mesh {
@@ -60,9 +73,12 @@ struct Mesh {
         : pos32(memory), pos64(memory), corner_vert(memory), corner_twin(memory), corner_bits(memory), cut_slots(memory),
           face_source(memory), vert_source(memory), vert_join(memory), split_map(memory) {}
 
+    // Made by mesh_create: its sources are the caller's arrays, and operations look through it to those. The sources of other
+    // meshes are the mesh that they were made from.
+    bool imported = false;
     Precision precision = Precision::f32;
-    Array<float> pos32;  // 3 V, when precision is f32: the very numbers that are delivered
-    Array<double> pos64; // 3 V, when precision is f64
+    Array<float> pos32;         // 3 V, when precision is f32: the very numbers that are delivered
+    Array<double> pos64;        // 3 V, when precision is f64
     Array<int32_t> corner_vert; // 3 F
     Array<int32_t> corner_twin; // 3 F
     Array<uint8_t> corner_bits; // 3 F, or empty when no edge has a bit
@@ -70,8 +86,8 @@ struct Mesh {
     Array<int32_t> face_source; // F, or empty for the identity
     Array<int32_t> vert_source; // V, or empty for the identity; -1 for split vertices
     Array<int32_t> vert_join;   // V, or empty for the identity
-    Array<VertexMap> split_map; // of the last split_map.size() vertices... see first_split
-    int32_t first_split = 0;    // vertices [first_split, V) were made by splits; split_map[v - first_split] says where
+    int32_t first_split = 0;    // vertices [first_split, V) were made by splits;
+    Array<VertexMap> split_map; // split_map[v - first_split] says where
     int32_t vertex_count = 0;
     MeshCounts counts;
 

@@ -17,8 +17,10 @@ Surface::Surface(Context& context, const Mesh& in, Precision precision)
         for (int32_t v = 0; v < vertex_count; ++v) pos[v] = round_to(precision, in.position(v));
     corner_vert.copy_from(in.corner_vert);
     corner_twin.copy_from(in.corner_twin);
-    if (in.corner_bits.empty()) corner_bits.assign(in.corners(), 0);
-    else corner_bits.copy_from(in.corner_bits);
+    if (in.corner_bits.empty())
+        corner_bits.assign(in.corners(), 0);
+    else
+        corner_bits.copy_from(in.corner_bits);
     cut_slots.copy_from(in.cut_slots);
     face_src.resize_uninitialized(in.faces());
     for (int32_t f = 0; f < in.faces(); ++f) face_src[f] = f;
@@ -29,7 +31,8 @@ Surface::Surface(Context& context, const Mesh& in, Precision precision)
         if (in.vert_join.empty()) {
             vert_root.resize_uninitialized(vertex_count);
             for (int32_t v = 0; v < vertex_count; ++v) vert_root[v] = v;
-        } else vert_root.copy_from(in.vert_join);
+        } else
+            vert_root.copy_from(in.vert_join);
     }
     first_copy = first_split = vertex_count;
 }
@@ -93,8 +96,10 @@ bool Surface::on_one_carrier(int32_t a, int32_t b, int32_t c) const {
 
 void Surface::set_twin(int32_t c, int32_t twin) {
     corner_twin[c] = twin;
-    if (twin >= 0) corner_twin[twin] = c;
-    else if (is_cut(twin)) cut_slots[cut_slot(twin)].corner = c;
+    if (twin >= 0)
+        corner_twin[twin] = c;
+    else if (is_cut(twin))
+        cut_slots[cut_slot(twin)].corner = c;
 }
 
 void Surface::flip(int32_t c) {
@@ -195,8 +200,10 @@ void Surface::split_everywhere(int32_t c, const Vec3& position, SplitVertex wher
         cut_slots[slot].corner = near;
         corner_twin[near] = cut_twin(slot);
         corner_twin[far] = cut_twin(fresh);
-        if (last_new >= 0) cut_slots[last_new].next = fresh;
-        else first_new = fresh;
+        if (last_new >= 0)
+            cut_slots[last_new].next = fresh;
+        else
+            first_new = fresh;
         last_new = fresh;
         slot = cut_slots[slot].next;
     } while (slot != first_slot);
@@ -206,20 +213,27 @@ void Surface::split_everywhere(int32_t c, const Vec3& position, SplitVertex wher
 bool Surface::collapse_is_legal(int32_t c) const {
     const int32_t t = corner_twin[c];
     const int32_t p = corner_vert[c], q = head(c), u = apex(c), v = t >= 0 ? apex(t) : -1;
+    if (u == v) return false;                                     // two faces back to back
     if (t >= 0 && on_boundary(p) && on_boundary(q)) return false; // would pinch the boundary
     // Link condition: p and q have no common neighbour but u and v, and no common link edge u v.
-    int32_t common = 0;
+    int32_t common = 0, edges = 0;
+    const auto look = [&](int32_t x) {
+        if (x == p)
+            ++edges;
+        else if (adjacent(p, x))
+            ++common;
+    };
     const int32_t start = vert_corner[q];
     int32_t k = start;
     do {
-        const int32_t x = head(k);
-        if (x != p && adjacent(p, x)) ++common;
+        look(head(k));
         const int32_t last = prev_corner(k);
         k = corner_twin[last];
-        if (k < 0 && corner_vert[last] != p && adjacent(p, corner_vert[last])) ++common;
+        if (k < 0) look(corner_vert[last]);
     } while (k >= 0 && k != start);
+    if (edges != 1) return false; // pieces of faces that lie back to back may share more than one
     if (common != (t >= 0 ? 2 : 1)) return false;
-    if (t >= 0 && has_face(p, u, v) && has_face(q, u, v)) return false; // a tetrahedron
+    if (t >= 0 && has_face(p, u, v) && has_face(q, u, v)) return false;                            // a tetrahedron
     if (t < 0 && corner_twin[next_corner(c)] < 0 && corner_twin[prev_corner(c)] < 0) return false; // a lone triangle
     return true;
 }
@@ -259,9 +273,12 @@ void Surface::collapse(int32_t c) {
         int32_t ta = corner_twin[a], tb = corner_twin[b];
         const uint8_t bits = corner_bits[a] | corner_bits[b];
         drop_from_ring(side);
-        if (ta >= 0 && tb >= 0) set_twin(ta, tb);
-        else if (ta >= 0) set_twin(ta, tb); // what was beyond b (boundary, or a slot) is now beyond a's neighbour
-        else if (tb >= 0) set_twin(tb, ta);
+        if (ta >= 0 && tb >= 0)
+            set_twin(ta, tb);
+        else if (ta >= 0)
+            set_twin(ta, tb); // what was beyond b (boundary, or a slot) is now beyond a's neighbour
+        else if (tb >= 0)
+            set_twin(tb, ta);
         else {
             drop_from_ring(a);
             drop_from_ring(b);
@@ -271,8 +288,10 @@ void Surface::collapse(int32_t c) {
         // ta starts at w, tb ends there: outgoing corners of w and of p that stay.
         const int32_t at_w = ta >= 0 ? ta : tb >= 0 ? next_corner(tb) : -1;
         if (vert_corner[w] == b || vert_corner[w] == a || at_w < 0) vert_corner[w] = at_w;
-        if (tb >= 0) p_corner = tb;
-        else if (ta >= 0) p_corner = next_corner(ta);
+        if (tb >= 0)
+            p_corner = tb;
+        else if (ta >= 0)
+            p_corner = next_corner(ta);
         kill_face(face_of(side));
     }
     vert_corner[q] = -1;
@@ -334,18 +353,31 @@ void Surface::separate_fans(int32_t v, const Array<int32_t>& corners_of_v) {
             first = false;
             continue;
         }
-        const int32_t copy = vertices();
+        add_copy(v, start);
+    }
+}
+
+void Surface::add_copy(int32_t v, int32_t start) {
+    const int32_t copy = vertices();
+    if (split_vertices.empty()) { // a repair's
         pos.push_back(pos[v]);
-        vert_corner.push_back(start);
+        vert_corner.push_back(-1);
         copy_of.push_back(v);
         if (!vert_root.empty()) vert_root.push_back(vert_root[v]);
         first_split = vertices();
-        int32_t k = start;
-        do {
-            corner_vert[k] = copy;
-            k = rotate(k);
-        } while (k >= 0 && k != start);
+    } else {
+        SplitVertex where;
+        if (is_original(v)) {
+            where = {static_cast<int32_t>(carriers.size()), 0};
+            carriers.push_back({v, head(start)});
+        } else
+            where = split_vertices[v - first_split];
+        add_vertex(pos[v], where, vert_root.empty() ? -1 : vert_root[v]);
     }
+    const int32_t kept = vert_corner[v];
+    vert_corner[v] = start;
+    rename(v, copy);
+    vert_corner[v] = kept;
 }
 
 bool Surface::collapse_and_cut(int32_t c) {
@@ -360,13 +392,21 @@ bool Surface::collapse_and_cut(int32_t c) {
         vert_corner[p] = vert_corner[q] = vert_corner[u] = -1;
         return true;
     }
-    Array<int32_t> ring(pos.memory());    // p's and q's corners
-    Array<int32_t> around(pos.memory());  // the corners of the vertex at hand
-    Array<int32_t> others(pos.memory());  // vertices whose fans may come apart
-    Array<int32_t> loops(pos.memory());   // pairs of corners p -> x, q -> x
+    Array<int32_t> ring(pos.memory());   // p's and q's corners
+    Array<int32_t> around(pos.memory()); // the corners of the vertex at hand
+    Array<int32_t> others(pos.memory()); // vertices whose fans may come apart
+    Array<int32_t> loops(pos.memory());  // pairs of corners p -> x, q -> x
     gather_corners(p, ring);
     const int64_t of_p = ring.size();
     gather_corners(q, ring);
+    const auto all_different = [&](int64_t begin, int64_t end) { // edges of one vertex lead to different vertices
+        others.clear();
+        for (int64_t i = begin; i < end; ++i) others.push_back(head(ring[i]));
+        std::sort(others.begin(), others.end());
+        return std::adjacent_find(others.begin(), others.end()) == others.end();
+    };
+    if (!all_different(0, of_p) || !all_different(of_p, ring.size())) return false;
+    others.clear();
     for (int64_t i = 0; i < ring.size(); ++i) others.push_back(head(ring[i]));
     for (int64_t i = 0; i < ring.size(); ++i) others.push_back(apex(ring[i])); // the last neighbour of an open fan
     for (int64_t i = 0; i < of_p; ++i) {
@@ -419,8 +459,10 @@ void Surface::remove_boundary_face(int32_t c) {
     const int32_t v[3] = {corner_vert[c], head(c), apex(c)};
     for (int i = 0; i < 3; ++i) {
         const int32_t k = 3 * face + i;
-        if (corner_twin[k] >= 0) corner_twin[corner_twin[k]] = kBoundary;
-        else drop_from_ring(k);
+        if (corner_twin[k] >= 0)
+            corner_twin[corner_twin[k]] = kBoundary;
+        else
+            drop_from_ring(k);
     }
     int32_t beyond[3];
     for (int i = 0; i < 3; ++i) beyond[i] = corner_twin[3 * face + i];
@@ -432,9 +474,10 @@ void Surface::remove_boundary_face(int32_t c) {
         for (int i = 0; i < 3; ++i) {
             if (beyond[i] < 0) continue;
             const int32_t k = beyond[i];
-            if (corner_vert[k] == x) fan[fans++] = k;                                 // boundary edge leaving x
-            else if (head(k) == x) {                                                 // boundary edge arriving at x
-                int32_t m = next_corner(k);                                          // last of its fan, go clockwise
+            if (corner_vert[k] == x)
+                fan[fans++] = k;            // boundary edge leaving x
+            else if (head(k) == x) {        // boundary edge arriving at x
+                int32_t m = next_corner(k); // last of its fan, go clockwise
                 while (corner_twin[m] >= 0) m = next_corner(corner_twin[m]);
                 fan[fans++] = m;
             }
@@ -446,20 +489,29 @@ void Surface::remove_boundary_face(int32_t c) {
             continue;
         }
         vert_corner[x] = fan[0];
-        if (fans == 2) {
-            const int32_t copy = vertices();
-            pos.push_back(pos[x]);
-            vert_corner.push_back(fan[1]);
-            copy_of.push_back(x);
-            if (!vert_root.empty()) vert_root.push_back(vert_root[x]);
-            first_split = vertices();
-            int32_t m = fan[1];
-            do {
-                corner_vert[m] = copy;
-                m = rotate(m);
-            } while (m >= 0 && m != fan[1]);
+        if (fans == 2) add_copy(x, fan[1]);
+    }
+}
+
+void Surface::rename(int32_t v, int32_t heir) {
+    const int32_t start = vert_corner[v];
+    int32_t k = start;
+    do {
+        corner_vert[k] = heir;
+        k = rotate(k);
+    } while (k >= 0 && k != start);
+    vert_corner[heir] = start;
+    vert_corner[v] = -1;
+}
+
+void Surface::remove_component(const Array<int32_t>& faces_of_it) {
+    for (const int32_t f : faces_of_it) {
+        for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
+            drop_from_ring(c);
+            vert_corner[corner_vert[c]] = -1;
         }
     }
+    for (const int32_t f : faces_of_it) kill_face(f);
 }
 
 bool Surface::valid() const {

@@ -42,10 +42,15 @@ public:
     bool is_kept(int32_t c) const { return (corner_bits[c] & (kEdgeMarked | kEdgeFeature)) != 0; }
     bool is_dead(int32_t face) const { return corner_vert[3 * static_cast<int64_t>(face)] < 0; }
     bool is_original(int32_t v) const { return v < first_split; }
+    // The vertex of the Mesh that an original vertex is, or was copied from by a repair.
+    int32_t copied(int32_t v) const {
+        while (v >= first_copy) v = copy_of[v - first_copy];
+        return v;
+    }
     const Vec3& at(int32_t v) const { return pos[v]; }
     // Next outgoing corner counter-clockwise around the vertex of c; negative past the boundary.
     int32_t rotate(int32_t c) const { return corner_twin[prev_corner(c)]; }
-    bool adjacent(int32_t a, int32_t b) const; // is [a, b] an edge? O(valence of a)
+    bool adjacent(int32_t a, int32_t b) const;            // is [a, b] an edge? O(valence of a)
     bool has_face(int32_t a, int32_t b, int32_t c) const; // in either orientation
     bool on_boundary(int32_t v) const { return corner_twin[vert_corner[v]] < 0; }
 
@@ -70,10 +75,14 @@ public:
     // Merges the far end q of the edge c into p and removes the edge's faces. Legal when collapse_is_legal.
     void collapse(int32_t c);
     bool collapse_is_legal(int32_t c) const;
-    // The same where it is not legal, for ends that coincide (repair only, before any split): loops of zero length p x q are cut
-    // and closed up on either side, and vertices that this leaves with several fans are split. False, with nothing changed, where a
-    // side of such a loop is a boundary.
+    // The same where it is not legal, for ends that coincide: loops p x q of zero width are cut and closed up on either side, and
+    // vertices that this leaves with several fans are split. False, with nothing changed, where a side of such a loop is a
+    // boundary.
     bool collapse_and_cut(int32_t c);
+    // Lets `heir`, which no face uses, take the place of v.
+    void rename(int32_t v, int32_t heir);
+    // Removes a whole component, closed or not.
+    void remove_component(const Array<int32_t>& faces_of_it);
     // Removes the face of a boundary corner c; splits off a copy of the apex where that pinches it.
     void remove_boundary_face(int32_t c);
 
@@ -86,8 +95,8 @@ public:
     Array<int32_t> vert_corner; // an outgoing corner, the boundary one where there is one; -1 for unused vertices
     Array<int32_t> face_src;    // face of the Mesh it was copied from
     Array<CutSlot> cut_slots;
-    Array<int32_t> vert_root;   // empty, or per vertex the one of which it is a copy on another sheet (itself if none)
-    Array<int32_t> copy_of;     // vertices [first_copy, first_split): made by repairs, copies of these
+    Array<int32_t> vert_root; // empty, or per vertex the one of which it is a copy on another sheet (itself if none)
+    Array<int32_t> copy_of;   // vertices [first_copy, first_split): made by repairs, copies of these
     Array<Carrier> carriers;
     Array<SplitVertex> split_vertices; // of vertices [first_split, vertices())
     int32_t first_copy = 0, first_split = 0;
@@ -96,8 +105,9 @@ public:
 private:
     void set_twin(int32_t c, int32_t twin); // both directions, or the slot's reference
     void kill_face(int32_t face);
-    void gather_corners(int32_t v, Array<int32_t>& out) const; // all outgoing corners of v
+    void gather_corners(int32_t v, Array<int32_t>& out) const;         // all outgoing corners of v
     void separate_fans(int32_t v, const Array<int32_t>& corners_of_v); // further fans around v get copies of v
+    void add_copy(int32_t v, int32_t start);                           // of v, for the fan that begins with the corner `start`
     void drop_from_ring(int32_t c); // a boundary corner that goes away leaves the ring of its copies
 };
 

@@ -1,0 +1,1144 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Remeshing below the ABI: what happens to meshes so small that the answer can be written down, then the laws that hold for
+ * every mesh, on generated ones. */
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "mesh_makers.h"
+#include "shim_remesh.h"
+
+enum { P = DELMESH_MODE_PRESERVE, F = DELMESH_MODE_FLIP, K = DELMESH_MODE_FEATURE };
+
+static delmesh_remesh_options options_of(int32_t mode) { /* the defaults, but for the mode */
+    delmesh_remesh_options o;
+    memset(&o, 0, sizeof o);
+    o.struct_size = sizeof o;
+    o.mode = mode;
+    o.precision = DELMESH_FLOAT32;
+    o.feature_angle = 30;
+    o.max_normal_turn = -1;
+    o.tolerance = -1;
+    return o;
+}
+/* The same without the boundary rule: tiny meshes are nearly all boundary. */
+static delmesh_remesh_options inner_options_of(int32_t mode) {
+    delmesh_remesh_options o = options_of(mode);
+    o.boundary = DELMESH_BOUNDARY_IGNORE;
+    return o;
+}
+
+static shim_mesh* made(const delmesh_mesh_desc* desc) {
+    shim_mesh* const m = shim_mesh_make(NULL, desc, 0);
+    assert_string_equal(shim_mesh_error(m), "");
+    assert_int_equal(shim_mesh_status(m), DELMESH_OK);
+    return m;
+}
+static shim_mesh* made_of_soup(const soup* s) {
+    const delmesh_mesh_desc desc = desc_of_soup(s);
+    return made(&desc);
+}
+
+static double coordinate(const shim_arrays* a, int32_t v, int k) {
+    return a->pos32_size != 0 ? (double)a->pos32[3 * v + k] : a->pos64[3 * v + k];
+}
+
+/* What holds for every result: a valid mesh, certified twice, counts that add up, source vertices in their places. */
+static void check_result(const shim_mesh* in_mesh, shim_mesh* out, const delmesh_remesh_options* o,
+                         const delmesh_remesh_report* r) {
+    shim_mesh* const in = (shim_mesh*)in_mesh;
+    const int32_t rule = o->boundary == DELMESH_BOUNDARY_NONOBTUSE;
+    if (shim_mesh_status(out) != DELMESH_OK) fail_msg("status %d: %s", shim_mesh_status(out), shim_mesh_error(out));
+    const shim_arrays a = shim_mesh_arrays(in), b = shim_mesh_arrays(out);
+    const delmesh_mesh_info before = shim_mesh_info(in), after = shim_mesh_info(out);
+    assert_int_equal(shim_mesh_validate(out), DELMESH_OK);
+    assert_int_equal(r->certified, 1);
+    assert_int_equal(r->nld_out, 0);
+    assert_true(shim_certify(out, rule, 0).delaunay && shim_scan_all(out, rule).delaunay);
+    assert_int_equal(r->vertices_in, before.vertices);
+    assert_int_equal(r->faces_in, before.faces);
+    assert_int_equal(r->vertices_out, after.vertices);
+    assert_int_equal(r->faces_out, after.faces);
+    assert_true(r->splits >= r->boundary_splits + r->kept_splits + r->unflippable);
+    assert_int_equal(r->unflippable, r->unflippable_2 + r->unflippable_3 + r->unflippable_4);
+    assert_int_equal(b.pos32_size != 0, o->precision == DELMESH_FLOAT32);
+    if (r->collapsed_edges + r->removed_zero_area_faces == 0) {
+        if (!o->compact) assert_int_equal(r->vertices_out, r->vertices_in + r->splits);
+        assert_int_equal(after.components, before.components);
+        assert_int_equal(after.boundary_loops, before.boundary_loops);
+        assert_int_equal(after.euler_characteristic, before.euler_characteristic);
+        assert_int_equal(after.boundary_edges - before.boundary_edges, 2 * after.vertices - 2 * after.isolated_vertices -
+                                                                           2 * before.vertices + 2 * before.isolated_vertices -
+                                                                           (after.faces - before.faces));
+        assert_true(after.faces - before.faces >= r->splits && after.faces - before.faces <= 2 * r->splits);
+        if (after.boundary_edges == 0) assert_int_equal(after.faces, before.faces + 2 * r->splits);
+    }
+    if (o->compact == 0) {
+        for (int32_t v = 0; v < a.vertices; ++v)
+            for (int k = 0; k < 3; ++k) {
+                const double x = coordinate(&a, v, k);
+                const volatile float rounded = (float)x;
+                const double expected = o->precision == DELMESH_FLOAT32 ? (double)rounded : x;
+                const double actual = coordinate(&b, v, k);
+                if (memcmp(&actual, &expected, sizeof actual) != 0) fail_msg("vertex %d has moved", v);
+            }
+    }
+}
+
+static shim_mesh* remeshed(const shim_mesh* in, const delmesh_remesh_options* o, delmesh_remesh_report* r) {
+    shim_mesh* const out = shim_remesh(in, o, 1, r);
+    check_result(in, out, o, r);
+    return out;
+}
+
+static void expect_status(const shim_mesh* in, const delmesh_remesh_options* o, int32_t status, const char* words) {
+    delmesh_remesh_report r;
+    shim_mesh* const out = shim_remesh(in, o, 1, &r);
+    if (shim_mesh_status(out) != status || strstr(shim_mesh_error(out), words) == NULL)
+        fail_msg("status %d instead of %d, '%s' has no '%s'", shim_mesh_status(out), status, shim_mesh_error(out), words);
+    assert_int_equal(r.certified, 0);
+    shim_mesh_free(out);
+}
+
+static void expect_corners(shim_mesh* m, const int32_t* expected, int64_t count) {
+    const shim_arrays a = shim_mesh_arrays(m);
+    assert_int_equal(a.corners, count);
+    for (int64_t c = 0; c < count; ++c)
+        if (a.corner_vert[c] != expected[c])
+            fail_msg("corner %d has vertex %d instead of %d", (int)c, a.corner_vert[c], expected[c]);
+}
+#define EXPECT_CORNERS(mesh, expected) expect_corners(mesh, expected, COUNT(expected))
+
+static void expect_equal(shim_mesh* one, shim_mesh* two, double scale_x, double scale) { /* two = scaled one */
+    const shim_arrays a = shim_mesh_arrays(one), b = shim_mesh_arrays(two);
+    assert_int_equal(a.vertices, b.vertices);
+    assert_int_equal(a.corners, b.corners);
+    assert_int_equal(a.slot_count, b.slot_count);
+    for (int32_t v = 0; v < a.vertices; ++v)
+        for (int k = 0; k < 3; ++k)
+            if (!(coordinate(&a, v, k) * (k == 0 ? scale_x : scale) == coordinate(&b, v, k))) fail_msg("vertex %d differs", v);
+    if (a.corners == 0) return;
+    assert_memory_equal(a.corner_vert, b.corner_vert, (size_t)a.corners * sizeof(int32_t));
+    assert_memory_equal(a.corner_twin, b.corner_twin, (size_t)a.corners * sizeof(int32_t));
+}
+
+static uint8_t bits_of(const shim_arrays* a, int32_t p, int32_t q) { /* of the edge p q; 255: there is none */
+    for (int32_t c = 0; c < a->corners; ++c) {
+        const int32_t x = a->corner_vert[c], y = a->corner_vert[c % 3 == 2 ? c - 2 : c + 1];
+        if ((x == p && y == q) || (x == q && y == p)) return a->corner_bits_size != 0 ? a->corner_bits[c] : 0;
+    }
+    return 255;
+}
+
+static int32_t other_ends(const shim_arrays* a, int32_t v) { /* valence of an inner vertex */
+    int32_t n = 0;
+    for (int32_t c = 0; c < a->corners; ++c) n += a->corner_vert[c] == v;
+    return n;
+}
+
+/* ---- one edge -------------------------------------------------------------------------------------------------------------- */
+
+static const int32_t kPair[] = {0, 1, 2, 1, 0, 3}, kFlipped[] = {0, 3, 2, 1, 2, 3};
+static const int32_t kSplit[] = {0, 4, 2, 1, 4, 3, 4, 1, 2, 4, 0, 3};
+static const double kFlat[] = {0, 0, 0, 4, 0, 0, 2, 1, 0, 2, -1, 0};
+static const double kBent[] = {0, 0, 0, 4, 0, 0, 2, 1, 1, 2, -1, 1}; /* by 90 degrees; a flip turns normals by 50.8 */
+
+static void test_flat_pair(void** state) {
+    (void)state;
+    const delmesh_mesh_desc desc = desc_of(kFlat, 4, kPair, 6);
+    shim_mesh* const in = made(&desc);
+    for (int32_t mode = P; mode <= K; ++mode)
+        for (int precision = DELMESH_FLOAT32; precision <= DELMESH_FLOAT64; ++precision)
+            for (int boundary = 0; boundary < 2; ++boundary) {
+                delmesh_remesh_options o = options_of(mode);
+                o.precision = precision;
+                o.boundary = boundary;
+                o.tolerance = boundary ? 0 : -1;
+                delmesh_remesh_report r;
+                shim_mesh* const out = remeshed(in, &o, &r);
+                EXPECT_CORNERS(out, kFlipped);
+                assert_int_equal(r.nld_in, 1);
+                assert_int_equal(r.flips, 1);
+                assert_int_equal(r.flips_after + r.splits + r.guarded + r.unflippable + r.moved_within_tolerance, 0);
+                assert_true(mode == P ? r.surface_bound == 0 : r.surface_bound < 0);
+                const shim_arrays a = shim_mesh_arrays(out);
+                assert_int_equal(bits_of(&a, 2, 3), 0);
+                assert_int_equal(bits_of(&a, 0, 3), DELMESH_EDGE_SOURCE);
+                assert_int_equal(a.face_source_size + a.vert_source_size + a.vert_join_size, 0); /* identities */
+                shim_mesh_free(out);
+            }
+    shim_mesh_free(in);
+}
+
+static void expect_middle_split(shim_mesh* out, const delmesh_remesh_report* r, uint8_t bits) {
+    EXPECT_CORNERS(out, kSplit);
+    assert_int_equal(r->flips + r->flips_after, 0);
+    assert_int_equal(r->splits, 1);
+    const shim_arrays a = shim_mesh_arrays(out);
+    assert_true(coordinate(&a, 4, 0) == 2 && coordinate(&a, 4, 1) == 0 && coordinate(&a, 4, 2) == 0);
+    int32_t verts[3];
+    double weights[3];
+    assert_int_equal(a.first_split, 4);
+    assert_int_equal(shim_vertex_map(out, 4, verts, weights), 1);
+    assert_true(verts[0] == 0 && verts[1] == 1 && weights[0] == 0.5 && weights[1] == 0.5 && weights[2] == 0);
+    static const int32_t face_source[] = {0, 1, 0, 1}, vert_source[] = {0, 1, 2, 3, -1};
+    assert_int_equal(a.face_source_size, 4);
+    assert_memory_equal(a.face_source, face_source, sizeof face_source);
+    assert_int_equal(a.vert_source_size, 5);
+    assert_memory_equal(a.vert_source, vert_source, sizeof vert_source);
+    assert_int_equal(bits_of(&a, 0, 4), bits);
+    assert_int_equal(bits_of(&a, 4, 1), bits);
+    assert_int_equal(bits_of(&a, 4, 2), 0);
+    assert_int_equal(bits_of(&a, 4, 3), 0);
+    assert_int_equal(bits_of(&a, 1, 2), DELMESH_EDGE_SOURCE);
+}
+
+static void test_bent_pair(void** state) {
+    (void)state;
+    const delmesh_mesh_desc desc = desc_of(kBent, 4, kPair, 6);
+    shim_mesh* const in = made(&desc);
+    delmesh_remesh_report r;
+    delmesh_remesh_options o = options_of(F);
+    shim_mesh* out = remeshed(in, &o, &r);
+    EXPECT_CORNERS(out, kFlipped);
+    assert_int_equal(r.flips, 1);
+    assert_int_equal(r.splits, 0);
+    shim_mesh_free(out);
+
+    o = inner_options_of(P);
+    out = remeshed(in, &o, &r);
+    expect_middle_split(out, &r, DELMESH_EDGE_SOURCE);
+    assert_int_equal(r.kept_splits + r.boundary_splits + r.guarded, 0);
+    assert_true(r.surface_bound >= 0 && r.surface_bound <= 0.87 * 0x1p-21);
+    shim_mesh_free(out);
+
+    /* Feature edges: kept when sharper than the angle. */
+    o = inner_options_of(K);
+    for (int i = 0; i < 3; ++i) {
+        o.feature_angle = i == 0 ? 30 : i == 1 ? 89.99 : 90.01;
+        out = remeshed(in, &o, &r);
+        if (i < 2)
+            expect_middle_split(out, &r, DELMESH_EDGE_SOURCE | DELMESH_EDGE_FEATURE);
+        else
+            EXPECT_CORNERS(out, kFlipped);
+        assert_int_equal(r.kept_splits, i < 2);
+        shim_mesh_free(out);
+    }
+
+    /* The guard: a flip that would turn too far is a split. */
+    o = inner_options_of(F);
+    for (int i = 0; i < 2; ++i) {
+        o.max_normal_turn = i == 0 ? 50.7 : 50.8;
+        out = remeshed(in, &o, &r);
+        if (i == 0)
+            expect_middle_split(out, &r, DELMESH_EDGE_SOURCE);
+        else
+            EXPECT_CORNERS(out, kFlipped);
+        assert_int_equal(r.guarded, i == 0);
+        shim_mesh_free(out);
+    }
+
+    /* With the boundary rule too, and a limit on what may be made. */
+    for (int32_t mode = P; mode <= K; mode += 2) {
+        o = options_of(mode);
+        shim_mesh_free(remeshed(in, &o, &r));
+        o = inner_options_of(mode);
+        o.max_vertices = 4;
+        expect_status(in, &o, DELMESH_ERROR_VERTEX_LIMIT, "limit of 4 vertices");
+        o.max_vertices = 5;
+        shim_mesh_free(remeshed(in, &o, &r));
+    }
+    shim_mesh_free(in);
+}
+
+/* A split vertex lies on the edge, wherever that is: the edge on an axis, where this is exact, and the apexes aside. */
+static void test_split_off_middle(void** state) {
+    (void)state;
+    static const double points[] = {0, 0, 0, 4, 0, 0, 0.5, 0.25, 0.25, 0.75, -0.25, 0.25};
+    const delmesh_mesh_desc desc = desc_of(points, 4, kPair, 6);
+    shim_mesh* const in = made(&desc);
+    for (int precision = DELMESH_FLOAT32; precision <= DELMESH_FLOAT64; ++precision)
+        for (int placement = 0; placement < 2; ++placement) {
+            delmesh_remesh_options o = inner_options_of(P);
+            o.precision = precision;
+            o.placement = placement;
+            o.shell_unit = 0.25;
+            delmesh_remesh_report r;
+            shim_mesh* const out = remeshed(in, &o, &r);
+            const shim_arrays a = shim_mesh_arrays(out);
+            assert_true(r.splits >= 1);
+            for (int32_t v = 4; v < a.vertices; ++v) {
+                const double x = coordinate(&a, v, 0);
+                assert_true(coordinate(&a, v, 1) == 0 && coordinate(&a, v, 2) == 0 && x > 0 && x < 4);
+                int32_t verts[3];
+                double weights[3];
+                assert_int_equal(shim_vertex_map(out, v, verts, weights), 1);
+                assert_true(verts[0] + verts[1] == 1 && weights[2] == 0 && weights[0] + weights[1] == 1);
+                const volatile float rounded = (float)(4 * weights[verts[0] == 1 ? 0 : 1]);
+                if (precision == DELMESH_FLOAT32)
+                    assert_true(x == (double)rounded);
+                else
+                    assert_true(fabs(x - 4 * weights[verts[0] == 1 ? 0 : 1]) <= 0x1p-51);
+                if (placement == DELMESH_PLACEMENT_SHELLS && v == 4) assert_true(x == 2 || x == 1); /* 0.25 x 2^k */
+            }
+            shim_mesh_free(out);
+        }
+    shim_mesh_free(in);
+}
+
+/* What the caller marked is never flipped, and its pieces stay marked and in place. */
+static void test_marked(void** state) {
+    (void)state;
+    static const int32_t edge[] = {1, 0};
+    delmesh_mesh_desc desc = desc_of(kFlat, 4, kPair, 6);
+    desc.marked_edges = view_of(edge, 1, DELMESH_INT32, 2);
+    shim_mesh* const in = made(&desc);
+    for (int32_t mode = P; mode <= K; ++mode) {
+        delmesh_remesh_options o = inner_options_of(mode);
+        delmesh_remesh_report r;
+        shim_mesh* out = remeshed(in, &o, &r);
+        expect_middle_split(out, &r, DELMESH_EDGE_SOURCE | DELMESH_EDGE_MARKED);
+        assert_int_equal(r.kept_splits, 1);
+        shim_mesh_free(out);
+        o = options_of(mode);
+        out = remeshed(in, &o, &r);
+        const shim_arrays a = shim_mesh_arrays(out);
+        double marked = 0;
+        for (int32_t c = 0; c < a.corners; ++c) {
+            if ((a.corner_bits[c] & DELMESH_EDGE_MARKED) == 0) continue;
+            const int32_t x = a.corner_vert[c], y = a.corner_vert[c % 3 == 2 ? c - 2 : c + 1];
+            assert_true(coordinate(&a, x, 1) == 0 && coordinate(&a, y, 1) == 0);
+            assert_int_equal(a.corner_bits[c], DELMESH_EDGE_SOURCE | DELMESH_EDGE_MARKED);
+            marked += fabs(coordinate(&a, y, 0) - coordinate(&a, x, 0));
+        }
+        assert_true(marked == 8); /* from both sides */
+        shim_mesh_free(out);
+    }
+    shim_mesh_free(in);
+}
+
+static void test_boundary_rule(void** state) {
+    (void)state;
+    static const double points[] = {0, 0, 0, 4, 0, 0, 1.5, 1, 0};
+    static const int32_t corners[] = {0, 1, 2};
+    const delmesh_mesh_desc desc = desc_of(points, 3, corners, 3);
+    shim_mesh* const in = made(&desc);
+    assert_int_equal(shim_certify(in, 1, 0).nld_boundary, 1);
+    assert_true(shim_certify(in, 0, 0).delaunay);
+    for (int32_t mode = P; mode <= K; ++mode) {
+        delmesh_remesh_report r;
+        delmesh_remesh_options o = options_of(mode);
+        shim_mesh* out = remeshed(in, &o, &r);
+        assert_int_equal(r.nld_in, 1);
+        assert_true(r.splits >= 1 && r.boundary_splits >= 1);
+        assert_int_equal(r.unflippable + r.guarded + r.kept_splits, 0);
+        const shim_arrays a = shim_mesh_arrays(out);
+        double area = 0;
+        for (int32_t c = 0; c < a.corners; c += 3) {
+            const int32_t* v = a.corner_vert + c;
+            const double ux = coordinate(&a, v[1], 0) - coordinate(&a, v[0], 0),
+                         uy = coordinate(&a, v[1], 1) - coordinate(&a, v[0], 1);
+            const double wx = coordinate(&a, v[2], 0) - coordinate(&a, v[0], 0),
+                         wy = coordinate(&a, v[2], 1) - coordinate(&a, v[0], 1);
+            assert_true(ux * wy - uy * wx > 0);
+            area += (ux * wy - uy * wx) / 2;
+        }
+        assert_true(fabs(area - 2) < 1e-5);
+        shim_mesh_free(out);
+        o = inner_options_of(mode);
+        out = remeshed(in, &o, &r);
+        EXPECT_CORNERS(out, corners);
+        assert_int_equal(r.nld_in + r.splits + r.flips, 0);
+        shim_mesh_free(out);
+    }
+    shim_mesh_free(in);
+}
+
+/* Ties are Delaunay: right angles on the boundary, a square's diagonal. Nothing is touched, in no mode. */
+static void test_already_delaunay(void** state) {
+    (void)state;
+    soup s = sheet(5, 4, 1, 0, 0);
+    shim_mesh* const in = made_of_soup(&s);
+    for (int32_t mode = P; mode <= K; ++mode)
+        for (int precision = DELMESH_FLOAT32; precision <= DELMESH_FLOAT64; ++precision) {
+            delmesh_remesh_options o = options_of(mode);
+            o.precision = precision;
+            delmesh_remesh_report r;
+            shim_mesh* const out = remeshed(in, &o, &r);
+            expect_equal(in, out, 1, 1);
+            assert_int_equal(r.nld_in + r.flips + r.flips_after + r.splits, 0);
+            const shim_arrays a = shim_mesh_arrays(out);
+            assert_int_equal(a.face_source_size + a.vert_source_size + a.vert_join_size, 0);
+            shim_mesh_free(out);
+        }
+    free_soup(&s);
+    shim_mesh_free(in);
+}
+
+/* ---- edges that cannot be flipped ------------------------------------------------------------------------------------------ */
+
+/* p 0, q 1 far apart; u 2, v 3 close to the middle of p q and joined by an edge elsewhere. */
+static const double kExposed[] = {-3, 0, 0.5, 3, 0, 0, 0, 0.3125, 0, 0, -0.3125, 0, 1, 0, -3};
+
+static void expect_unflippable(int32_t vertices, const int32_t* corners, int64_t count, int kind) {
+    const delmesh_mesh_desc desc = desc_of(kExposed, vertices, corners, count);
+    shim_mesh* const in = made(&desc);
+    delmesh_remesh_report r;
+    delmesh_remesh_options o = inner_options_of(F);
+    shim_mesh* const out = remeshed(in, &o, &r);
+    assert_true(r.nld_in >= 1);
+    assert_int_equal(r.flips, 0);
+    assert_int_equal(r.unflippable, 1);
+    assert_int_equal(r.unflippable_2, kind == 2);
+    assert_int_equal(r.unflippable_3, kind == 3);
+    assert_int_equal(r.unflippable_4, kind == 4);
+    const shim_arrays a = shim_mesh_arrays(out);
+    assert_int_equal(bits_of(&a, 0, 1), 255);
+    shim_mesh_free(out);
+    shim_mesh_free(in);
+}
+
+static void test_exposed(void** state) {
+    (void)state;
+    /* q's neighbour w 4 keeps u v apart from both faces. */
+    static const int32_t two[] = {0, 1, 2, 1, 0, 3, 1, 3, 4, 2, 1, 4, 2, 4, 3};
+    static const int32_t three[] = {0, 1, 2, 1, 0, 3, 0, 2, 3}; /* u v p is a face */
+    static const int32_t four[] = {0, 1, 2, 1, 0, 3, 0, 2, 3, 1, 3, 2};
+    expect_unflippable(5, two, COUNT(two), 2);
+    expect_unflippable(4, three, COUNT(three), 3);
+    expect_unflippable(4, four, COUNT(four), 4);
+}
+
+/* Past the budget unflippable edges are split as any bent edge is: Algorithm 1. */
+static void test_split_budget(void** state) {
+    (void)state;
+    enum { kCopies = 6 };
+    double points[12 * kCopies];
+    int32_t corners[9 * kCopies];
+    static const int32_t three[] = {0, 1, 2, 1, 0, 3, 0, 2, 3};
+    for (int32_t i = 0; i < kCopies; ++i) {
+        for (int k = 0; k < 12; ++k) points[12 * i + k] = kExposed[k] + (k % 3 == 1 ? 8. * i : 0);
+        for (int k = 0; k < 9; ++k) corners[9 * i + k] = 4 * i + three[k];
+    }
+    const delmesh_mesh_desc desc = desc_of(points, 4 * kCopies, corners, 9 * kCopies);
+    shim_mesh* const in = made(&desc);
+    for (int32_t mode = F; mode <= K; ++mode)
+        for (int64_t budget = 0; budget < 4; ++budget) {
+            delmesh_remesh_options o = inner_options_of(mode);
+            o.feature_angle = 180;
+            o.split_budget = budget;
+            delmesh_remesh_report r;
+            shim_mesh* const out = remeshed(in, &o, &r);
+            assert_int_equal(r.unflippable, budget == 0 ? kCopies : budget);
+            assert_true(r.splits >= kCopies);
+            shim_mesh_free(out);
+        }
+    shim_mesh_free(in);
+}
+
+/* ---- preserve: the tolerance ----------------------------------------------------------------------------------------------- */
+
+static void test_tolerance(void** state) {
+    (void)state;
+    double points[12];
+    memcpy(points, kFlat, sizeof points);
+    points[8] = 0x1p-21; /* one unit in the last place of the largest coordinate, 4 */
+    const delmesh_mesh_desc desc = desc_of(points, 4, kPair, 6);
+    shim_mesh* const in = made(&desc);
+    delmesh_remesh_report r;
+    delmesh_remesh_options o = inner_options_of(P);
+    shim_mesh* out = remeshed(in, &o, &r);
+    EXPECT_CORNERS(out, kFlipped);
+    assert_int_equal(r.splits, 0);
+    assert_true(r.surface_bound > 0 && r.surface_bound <= 4 * 0x1p-21);
+    shim_mesh_free(out);
+    o.tolerance = 0;
+    out = remeshed(in, &o, &r);
+    expect_middle_split(out, &r, DELMESH_EDGE_SOURCE);
+    shim_mesh_free(out);
+    /* In double precision the unit is smaller, and the same bend is a bend. */
+    o.tolerance = -1;
+    o.precision = DELMESH_FLOAT64;
+    out = remeshed(in, &o, &r);
+    expect_middle_split(out, &r, DELMESH_EDGE_SOURCE);
+    shim_mesh_free(out);
+    o.tolerance = 0x1p-19;
+    out = remeshed(in, &o, &r);
+    EXPECT_CORNERS(out, kFlipped);
+    assert_true(r.surface_bound > 0 && r.surface_bound <= 0x1p-19);
+    shim_mesh_free(out);
+    shim_mesh_free(in);
+}
+
+/* ---- repairs --------------------------------------------------------------------------------------------------------------- */
+
+/* Spokes round 0, two of which end at one place: a needle on the rim. The smaller of the two vertices stays, whichever way round
+ * the needle is. */
+static void test_needle(void** state) {
+    (void)state;
+    static const double up[] = {0, 0, 0, 4, 0, 0, 4, 0, 0, 2, 3, 0, -2, 3, 0, -4, 0, 0, -1, -3, 0};   /* 1 and 2 */
+    static const double down[] = {0, 0, 0, 4, 0, 0, 2, 3, 0, -2, 3, 0, -4, 0, 0, -1, -3, 0, 4, 0, 0}; /* 6 and 1 */
+    static const int32_t corners[] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 0, 5, 6, 0, 6, 1};
+    static const int32_t without_2[] = {0, 1, 3, 0, 3, 4, 0, 4, 5, 0, 5, 6, 0, 6, 1};
+    static const int32_t without_6[] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 0, 5, 1};
+    for (int turned = 0; turned < 2; ++turned) {
+        const delmesh_mesh_desc desc = desc_of(turned ? down : up, 7, corners, COUNT(corners));
+        shim_mesh* const in = made(&desc);
+        for (int32_t mode = P; mode <= K; ++mode) {
+            delmesh_remesh_options o = inner_options_of(mode);
+            delmesh_remesh_report r;
+            shim_mesh* const out = remeshed(in, &o, &r);
+            assert_int_equal(r.collapsed_edges, 1);
+            assert_int_equal(r.removed_zero_area_faces + r.splits + r.flips, 0);
+            assert_int_equal(r.vertices_out, 7); /* the vertex that went is where it was, unused */
+            assert_int_equal(shim_mesh_info(out).isolated_vertices, 1);
+            const shim_arrays a = shim_mesh_arrays(out);
+            for (int32_t f = 0; f < 5; ++f) assert_int_equal(a.face_source[f], turned ? f : f + 1);
+            expect_corners(out, turned ? without_6 : without_2, 15);
+            shim_mesh_free(out);
+            o.strict = 1;
+            expect_status(in, &o, DELMESH_ERROR_STRICT, turned ? "Face 5 had no area" : "Face 0 had no area");
+        }
+        shim_mesh_free(in);
+    }
+}
+
+/* The same inside a pyramid without a base: 5 is where its tip, 4, is, and both faces of 4 5 are needles. */
+static void test_needle_inside(void** state) {
+    (void)state;
+    static const double points[] = {3, 0, 0, 0, 3, 0, -3, 0, 0, 0, -3, 0, 0, 0, 1, 0, 0, 1};
+    static const int32_t corners[] = {0, 1, 5, 1, 4, 5, 1, 2, 4, 2, 3, 4, 3, 5, 4, 3, 0, 5};
+    static const int32_t collapsed[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4};
+    const delmesh_mesh_desc desc = desc_of(points, 6, corners, COUNT(corners));
+    shim_mesh* const in = made(&desc);
+    for (int32_t mode = P; mode <= K; ++mode) {
+        delmesh_remesh_options o = inner_options_of(mode);
+        delmesh_remesh_report r;
+        shim_mesh* const out = remeshed(in, &o, &r);
+        EXPECT_CORNERS(out, collapsed);
+        assert_int_equal(r.collapsed_edges, 1);
+        assert_int_equal(shim_mesh_info(out).components, 1);
+        assert_int_equal(shim_mesh_info(out).isolated_vertices, 1);
+        shim_mesh_free(out);
+    }
+    shim_mesh_free(in);
+}
+
+/* Distinct in double precision, coincident in single. */
+static void test_needle_by_rounding(void** state) {
+    (void)state;
+    static const double points[] = {0, 0, 0, 4, 0, 0, 2, 3, 0, -2, 3, 0, -4, 0, 0, -1, -3, 0, 4, -0x1p-200, 0};
+    static const int32_t corners[] = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5, 0, 5, 6, 0, 6, 1};
+    const delmesh_mesh_desc desc = desc_of(points, 7, corners, COUNT(corners));
+    shim_mesh* const in = made(&desc);
+    delmesh_remesh_options o = inner_options_of(P);
+    delmesh_remesh_report r;
+    shim_mesh* out = remeshed(in, &o, &r);
+    assert_int_equal(r.collapsed_edges, 1);
+    assert_int_equal(r.faces_out, 5);
+    shim_mesh_free(out);
+    o.precision = DELMESH_FLOAT64;
+    o.strict = 1;
+    out = remeshed(in, &o, &r);
+    assert_int_equal(r.collapsed_edges, 0);
+    assert_int_equal(r.faces_out, 6);
+    shim_mesh_free(out);
+    shim_mesh_free(in);
+}
+
+/* 2 lies on 0 1: the face 0 1 2 has no area. */
+static void test_caps(void** state) {
+    (void)state;
+    static const double points[] = {0, 0, 0, 4, 0, 0, 2, 0, 0, 2, 2, 0, 2, -2, 0};
+    static const int32_t inside[] = {0, 1, 2, 1, 0, 4, 0, 2, 3, 2, 1, 3};
+    static const int32_t flipped[] = {0, 4, 2, 1, 2, 4, 0, 2, 3, 2, 1, 3};
+    static const int32_t boundary[] = {0, 1, 2, 0, 2, 3, 2, 1, 3}, removed[] = {0, 2, 3, 2, 1, 3};
+    for (int32_t mode = P; mode <= K; ++mode) {
+        delmesh_remesh_options o = options_of(mode);
+        delmesh_remesh_report r;
+        delmesh_mesh_desc desc = desc_of(points, 5, inside, COUNT(inside));
+        shim_mesh* in = made(&desc);
+        shim_mesh* out = remeshed(in, &o, &r);
+        EXPECT_CORNERS(out, flipped);
+        assert_int_equal(r.removed_zero_area_faces, 1);
+        assert_int_equal(r.collapsed_edges + r.flips + r.splits, 0);
+        shim_mesh_free(out);
+        o.strict = 1;
+        expect_status(in, &o, DELMESH_ERROR_STRICT, "Face 0 had no area");
+        shim_mesh_free(in);
+        o.strict = 0;
+        desc = desc_of(points, 4, boundary, COUNT(boundary));
+        in = made(&desc);
+        out = remeshed(in, &o, &r);
+        EXPECT_CORNERS(out, removed);
+        assert_int_equal(r.removed_zero_area_faces, 1);
+        assert_int_equal(r.collapsed_edges + r.flips + r.splits, 0);
+        shim_mesh_free(out);
+        shim_mesh_free(in);
+    }
+}
+
+static void test_refusals(void** state) {
+    (void)state;
+    static const double line[] = {0, 0, 0, 1, 2, 3, 2, 4, 6, 3, 6, 9};
+    delmesh_mesh_desc desc = desc_of(line, 4, kPair, 6);
+    shim_mesh* in = made(&desc);
+    delmesh_remesh_options o = options_of(P);
+    expect_status(in, &o, DELMESH_ERROR_NO_SURFACE, "No face had any area");
+    o.strict = 1;
+    expect_status(in, &o, DELMESH_ERROR_NO_SURFACE, "No face had any area");
+    shim_mesh_free(in);
+    desc = desc_of(line, 4, NULL, 0);
+    in = made(&desc);
+    o.strict = 0;
+    expect_status(in, &o, DELMESH_ERROR_NO_SURFACE, "no face");
+    shim_mesh_free(in);
+    /* Past float32's range; vertex 4 too, but nobody uses it. */
+    static const double far[] = {0, 0, 0, 4e38, 0, 0, 2e38, 1e38, 0, 2e38, -1e38, 0, 1e300, 0, 0};
+    desc = desc_of(far, 5, kPair, 6);
+    in = made(&desc);
+    expect_status(in, &o, DELMESH_ERROR_PRECISION, "Vertex 1 was out");
+    o.precision = DELMESH_FLOAT64;
+    delmesh_remesh_report r;
+    shim_mesh* out = remeshed(in, &o, &r);
+    EXPECT_CORNERS(out, kFlipped);
+    shim_mesh_free(out);
+    shim_mesh_free(in);
+}
+
+/* ---- sheets cut at import -------------------------------------------------------------------------------------------------- */
+
+/* Every split vertex on the spine, y = z = 0, has a copy on each sheet, and joining leads to one vertex. */
+static int32_t check_spine(shim_mesh* out, int32_t sheets) {
+    const shim_arrays a = shim_mesh_arrays(out);
+    assert_int_equal(a.vert_join_size, a.vertices);
+    int32_t places = 0;
+    for (int32_t v = a.first_split; v < a.vertices; ++v) {
+        if (coordinate(&a, v, 1) != 0 || coordinate(&a, v, 2) != 0) continue;
+        int32_t copies = 0;
+        for (int32_t w = a.first_split; w < a.vertices; ++w) {
+            const int joined = a.vert_join[v] == a.vert_join[w];
+            const int here =
+                coordinate(&a, v, 0) == coordinate(&a, w, 0) && coordinate(&a, w, 1) == 0 && coordinate(&a, w, 2) == 0;
+            assert_int_equal(joined, here);
+            copies += here;
+        }
+        assert_int_equal(copies, sheets);
+        assert_int_equal(a.vert_join[a.vert_join[v]], a.vert_join[v]);
+        places += a.vert_join[v] == v;
+    }
+    return places;
+}
+
+static const double kPages[] = {0, 0, 0, 4, 0, 0, 1, 1, 0, 2, -0.5, 1, 2.5, -0.5, -1};
+
+static void test_three_pages(void** state) {
+    (void)state;
+    static const int32_t corners[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
+    const delmesh_mesh_desc desc = desc_of(kPages, 5, corners, COUNT(corners));
+    shim_mesh* const in = made(&desc);
+    assert_int_equal(shim_mesh_info(in).nonmanifold_edges, 1);
+    for (int32_t mode = P; mode <= K; ++mode)
+        for (int placement = 0; placement < 2; ++placement) {
+            delmesh_remesh_options o = options_of(mode);
+            o.placement = placement;
+            delmesh_remesh_report r;
+            shim_mesh* const out = remeshed(in, &o, &r);
+            assert_true(check_spine(out, 3) >= 1);
+            const shim_arrays a = shim_mesh_arrays(out);
+            for (int32_t v = a.first_split; v < a.vertices; ++v) { /* each copy on the very line of its sources */
+                int32_t verts[3];
+                double weights[3], x = 0;
+                shim_vertex_map(out, v, verts, weights);
+                for (int k = 0; k < 3; ++k) x += weights[k] * kPages[3 * verts[k]];
+                assert_true(fabs(x - coordinate(&a, v, 0)) < 1e-6);
+            }
+            shim_mesh_free(out);
+        }
+    shim_mesh_free(in);
+}
+
+/* The spine 0 1 2 has a piece of no length, 0 1. On the second page the sheet's copies come in the other order, so that there
+ * the copy of 1 may be the one that stays: the copies of the long piece must go on being split at the same places. */
+static void test_pages_with_needles(void** state) {
+    (void)state;
+    static const double points[] = {0, 0, 0, 0, 0, 0, 4, 0, 0, 1, 1, 0, 2, -0.5, 1, 2.5, -0.5, -1};
+    static const int32_t corners[] = {0, 1, 3, 1, 2, 3, 1, 0, 4, 2, 1, 4, 5, 0, 1, 5, 1, 2};
+    static const int32_t turned[] = {2, 1, 3, 1, 0, 3, 1, 2, 4, 0, 1, 4, 2, 1, 5, 1, 0, 5};
+    for (int which = 0; which < 2; ++which) {
+        const delmesh_mesh_desc desc = desc_of(points, 6, which ? turned : corners, 18);
+        shim_mesh* const in = made(&desc);
+        assert_int_equal(shim_mesh_info(in).nonmanifold_edges, 2);
+        for (int32_t mode = P; mode <= K; ++mode) {
+            delmesh_remesh_options o = options_of(mode);
+            delmesh_remesh_report r;
+            shim_mesh* const out = remeshed(in, &o, &r);
+            assert_int_equal(r.collapsed_edges, 3);
+            assert_true(check_spine(out, 3) >= 1);
+            const shim_arrays a = shim_mesh_arrays(out);
+            for (int32_t v = a.first_split; v < a.vertices; ++v) {
+                int32_t verts[3];
+                double weights[3], x = 0;
+                shim_vertex_map(out, v, verts, weights);
+                for (int k = 0; k < 3; ++k) x += weights[k] * points[3 * verts[k]];
+                if (!(fabs(x - coordinate(&a, v, 0)) < 1e-6)) fail_msg("vertex %d's sources say x = %g", v, x);
+            }
+            /* The used ends of the three sheets are joined. */
+            for (int end = 0; end < 2; ++end) {
+                int32_t root = -1;
+                for (int32_t v = 0; v < a.first_split; ++v) {
+                    if (coordinate(&a, v, 0) != 4. * end || coordinate(&a, v, 1) != 0 || other_ends(&a, v) == 0) continue;
+                    if (root < 0) root = a.vert_join[v];
+                    if (a.vert_join[v] != root) fail_msg("end %d: vertex %d joins %d, not %d", end, v, a.vert_join[v], root);
+                }
+            }
+            shim_mesh_free(out);
+        }
+        shim_mesh_free(in);
+    }
+}
+
+/* compact drops the page on which the others' roots lie (it has no area): they stay joined to each other. */
+static void test_compact_keeps_joins(void** state) {
+    (void)state;
+    static const double points[] = {0, 0, 0, 4, 0, 0, 2, 0, 0, 2, -3, 3, 2, -3, -3};
+    static const int32_t corners[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
+    const delmesh_mesh_desc desc = desc_of(points, 5, corners, COUNT(corners));
+    shim_mesh* const in = made(&desc);
+    for (int compact = 0; compact < 2; ++compact) {
+        delmesh_remesh_options o = options_of(P);
+        o.compact = compact;
+        delmesh_remesh_report r;
+        shim_mesh* const out = remeshed(in, &o, &r);
+        assert_int_equal(r.removed_zero_area_faces, 1);
+        assert_int_equal(r.faces_out, 2);
+        const shim_arrays a = shim_mesh_arrays(out);
+        for (int end = 0; end < 2; ++end) {
+            int32_t roots[2], n = 0;
+            for (int32_t v = 0; v < a.vertices; ++v)
+                if (other_ends(&a, v) > 0 && coordinate(&a, v, 0) == 4. * end && n < 2) roots[n++] = a.vert_join[v];
+            assert_int_equal(n, 2);
+            if (roots[0] != roots[1]) fail_msg("compact %d, end %d: the sheets join %d and %d", compact, end, roots[0], roots[1]);
+        }
+        shim_mesh_free(out);
+    }
+    shim_mesh_free(in);
+}
+
+static void test_compact(void** state) {
+    (void)state;
+    static const double points[] = {9, 9, 9, 0, 0, 0, 4, 0, 0, 8, 8, 8, 2, 1, 1, 2, -1, 1, 7, 7, 7};
+    static const int32_t corners[] = {1, 2, 4, 2, 1, 5};
+    const delmesh_mesh_desc desc = desc_of(points, 7, corners, 6);
+    shim_mesh* const in = made(&desc);
+    for (int32_t mode = P; mode <= F; ++mode) {
+        delmesh_remesh_options o = inner_options_of(mode);
+        delmesh_remesh_report r;
+        o.compact = 1;
+        shim_mesh* out = remeshed(in, &o, &r);
+        const shim_arrays a = shim_mesh_arrays(out);
+        static const int32_t source[] = {1, 2, 4, 5, -1};
+        assert_int_equal(a.vertices, mode == P ? 5 : 4);
+        assert_int_equal(a.vert_source_size, a.vertices);
+        assert_memory_equal(a.vert_source, source, (size_t)a.vertices * sizeof(int32_t));
+        for (int32_t v = 0; v < 4; ++v)
+            for (int k = 0; k < 3; ++k) assert_true(coordinate(&a, v, k) == points[3 * source[v] + k]);
+        if (mode == P) {
+            EXPECT_CORNERS(out, kSplit);
+            int32_t verts[3];
+            double weights[3];
+            assert_int_equal(shim_vertex_map(out, 4, verts, weights), 1);
+            assert_true(verts[0] == 1 && verts[1] == 2); /* the source's numbers */
+        } else
+            EXPECT_CORNERS(out, kFlipped);
+        assert_int_equal(shim_mesh_info(out).isolated_vertices, 0);
+        shim_mesh_free(out);
+        o.compact = 0;
+        out = remeshed(in, &o, &r);
+        assert_int_equal(shim_mesh_info(out).isolated_vertices, 3);
+        shim_mesh_free(out);
+    }
+    shim_mesh_free(in);
+}
+
+/* ---- laws ------------------------------------------------------------------------------------------------------------------ */
+
+enum { kMeshes = 8 };
+static soup generated(int i) {
+    switch (i) {
+    case 0:
+        return torus(14, 9, 0.25, 1);
+    case 1:
+        return torus(24, 6, 0.1, 2);
+    case 2:
+        return sheet(7, 9, 2.5, 0.35, 3);
+    case 3:
+        return sheet(12, 5, 1, 0.3, 4);
+    case 4:
+        return fan(19, 5);
+    case 5:
+        return fan(60, 6);
+    case 6:
+        return book(3, 4, 0.3, 7);
+    default:
+        return sheet(9, 6, 6, 0, 8); /* flat and stretched: NLD nowhere, or ties, until it is sheared */
+    }
+}
+static soup generated_sheared(int i) {
+    soup s = generated(i);
+    if (i == kMeshes - 1)
+        for (int32_t v = 0; v < s.vertices; ++v)
+            set_point(&s, v, s.points[3 * v] - 9 * s.points[3 * v + 1], s.points[3 * v + 1], s.points[3 * v + 2]);
+    return s;
+}
+
+static double area_of(const shim_arrays* a) {
+    double sum = 0;
+    for (int32_t c = 0; c < a->corners; c += 3) {
+        double u[3], w[3];
+        for (int k = 0; k < 3; ++k) {
+            u[k] = coordinate(a, a->corner_vert[c + 1], k) - coordinate(a, a->corner_vert[c], k);
+            w[k] = coordinate(a, a->corner_vert[c + 2], k) - coordinate(a, a->corner_vert[c], k);
+        }
+        const double x = u[1] * w[2] - u[2] * w[1], y = u[2] * w[0] - u[0] * w[2], z = u[0] * w[1] - u[1] * w[0];
+        sum += sqrt(x * x + y * y + z * z) / 2;
+    }
+    return sum;
+}
+
+static double unit_of(const shim_arrays* a, int32_t precision) { /* in the last place of the largest coordinate in use */
+    double largest = 0;
+    for (int32_t c = 0; c < a->corners; ++c)
+        for (int k = 0; k < 3; ++k) largest = fmax(largest, fabs(coordinate(a, a->corner_vert[c], k)));
+    int exponent;
+    frexp(largest, &exponent);
+    return ldexp(1, exponent - (precision == DELMESH_FLOAT32 ? 24 : 53));
+}
+
+/* Split vertices of preserve lie within 0.87 units of the line between two source vertices, and where the map says. */
+static void check_maps(shim_mesh* in, shim_mesh* out, const delmesh_remesh_options* o, int64_t tally[2]) {
+    const shim_arrays a = shim_mesh_arrays(in), b = shim_mesh_arrays(out);
+    const long double limit = 0.87L * (long double)unit_of(&b, o->precision);
+    for (int32_t v = 0; v < b.vertices; ++v) {
+        int32_t verts[3];
+        double weights[3];
+        const int32_t split = shim_vertex_map(out, v, verts, weights);
+        assert_int_equal(split, v >= a.vertices);
+        double sum = 0;
+        for (int k = 0; k < 3; ++k) {
+            assert_true(verts[k] >= 0 && verts[k] < a.vertices && weights[k] >= 0);
+            sum += weights[k];
+        }
+        assert_true(fabs(sum - 1) <= 2 * DBL_EPSILON);
+        if (!split) continue;
+        if (o->mode != P) continue;
+        const int on_edge = weights[2] == 0; /* else inside a flat patch, on an edge that a flip made */
+        ++tally[on_edge];
+        assert_true(verts[0] != verts[1]);
+        long double d[3], w[3], dd = 0, dw = 0, ww = 0, off = 0;
+        for (int k = 0; k < 3; ++k) {
+            const long double p = (long double)coordinate(&a, verts[0], k), q = (long double)coordinate(&a, verts[1], k);
+            const long double x = (long double)coordinate(&b, v, k);
+            d[k] = q - p;
+            w[k] = x - p;
+            dd += d[k] * d[k];
+            dw += d[k] * w[k];
+            ww += w[k] * w[k];
+            const long double r = (long double)coordinate(&a, verts[2], k);
+            const long double there = (long double)weights[0] * p + (long double)weights[1] * q + (long double)weights[2] * r - x;
+            off += there * there;
+        }
+        long double line = 0;
+        for (int k = 0; k < 3; ++k) line += (w[k] - dw / dd * d[k]) * (w[k] - dw / dd * d[k]);
+        if (on_edge && !(sqrtl(line) <= limit))
+            fail_msg("split vertex %d lies %g units off its line", v, (double)(sqrtl(line) / limit * 0.87L));
+        /* In double precision the weights' own rounding adds about as much again; a patch has a thickness. */
+        const int allowance = !on_edge ? 16 : o->precision == DELMESH_FLOAT32 ? 1 : 4;
+        if (!(sqrtl(off) <= allowance * limit))
+            fail_msg("split vertex %d lies %g units from where its map says", v, (double)(sqrtl(off) / limit * 0.87L));
+    }
+}
+
+static void test_laws(void** state) {
+    (void)state;
+    int64_t splits[3] = {0, 0, 0}, flips[3] = {0, 0, 0}, splitless = 0, tally[2] = {0, 0};
+    for (int i = 0; i < kMeshes; ++i) {
+        soup s = generated_sheared(i);
+        shim_mesh* const in = made_of_soup(&s);
+        const shim_arrays a = shim_mesh_arrays(in);
+        for (int32_t mode = P; mode <= K; ++mode)
+            for (int precision = DELMESH_FLOAT32; precision <= DELMESH_FLOAT64; ++precision)
+                for (int boundary = 0; boundary < 2; ++boundary) {
+                    delmesh_remesh_options o = options_of(mode);
+                    o.precision = precision;
+                    o.boundary = boundary;
+                    delmesh_remesh_report r;
+                    shim_mesh* const out = remeshed(in, &o, &r);
+                    const shim_arrays b = shim_mesh_arrays(out);
+                    check_maps(in, out, &o, tally);
+                    splits[mode] += r.splits;
+                    flips[mode] += r.flips + r.flips_after;
+                    if (mode == P) assert_true(r.surface_bound >= 0 && r.surface_bound <= 4 * unit_of(&b, precision));
+                    if (mode == F && r.splits == 0) {
+                        assert_true(area_of(&b) <= area_of(&a) * (1 + 1e-12));
+                        ++splitless;
+                    }
+                    shim_mesh_free(out);
+                }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+    for (int32_t mode = P; mode <= K; ++mode) assert_true(splits[mode] > 50 && flips[mode] > 50); /* there was something to do */
+    assert_true(splitless > 0);
+    assert_true(tally[1] > 500 && tally[0] * 20 < tally[1]); /* nearly all lie on edges of the source */
+}
+
+/* Remeshing a result changes nothing, and tells where its vertices are in the mesh it was given. */
+static void test_chain(void** state) {
+    (void)state;
+    for (int i = 0; i < kMeshes; ++i) {
+        soup s = generated_sheared(i);
+        shim_mesh* const in = made_of_soup(&s);
+        for (int32_t mode = P; mode <= K; ++mode)
+            for (int precision = DELMESH_FLOAT32; precision <= DELMESH_FLOAT64; ++precision) {
+                delmesh_remesh_options o = options_of(mode);
+                o.precision = precision;
+                delmesh_remesh_report r;
+                shim_mesh* const once = remeshed(in, &o, &r);
+                shim_mesh* const twice = remeshed(once, &o, &r);
+                assert_int_equal(r.nld_in + r.flips + r.splits, 0);
+                expect_equal(once, twice, 1, 1);
+                const shim_arrays a = shim_mesh_arrays(once), b = shim_mesh_arrays(twice);
+                assert_int_equal(b.first_split, b.vertices);
+                for (int32_t v = a.first_split; v < b.vertices; ++v)
+                    assert_int_equal(b.vert_source_size != 0 ? b.vert_source[v] : v, v);
+                shim_mesh_free(twice);
+                shim_mesh_free(once);
+            }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+}
+
+/* Also where the second call adds vertices and the first one's are renumbered: its source is the first one's result. */
+static void test_chain_maps(void** state) {
+    (void)state;
+    enum { kUnused = 500 };
+    int64_t tally[2] = {0, 0};
+    for (int i = 0; i < kMeshes; ++i) {
+        soup s = generated_sheared(i), shifted = soup_of(s.vertices + kUnused, s.faces);
+        memcpy(shifted.points + 3 * kUnused, s.points, (size_t)s.vertices * 3 * sizeof(double));
+        for (int32_t c = 0; c < 3 * s.faces; ++c) shifted.corners[c] = s.corners[c] + kUnused;
+        shim_mesh* const in = made_of_soup(&shifted);
+        for (int compact = 0; compact < 2; ++compact)
+            for (int32_t mode = P; mode <= F; ++mode) {
+                delmesh_remesh_options o = inner_options_of(mode);
+                o.compact = compact;
+                delmesh_remesh_report r;
+                shim_mesh* const once = remeshed(in, &o, &r);
+                o = options_of(P);
+                shim_mesh* const twice = remeshed(once, &o, &r);
+                check_maps(once, twice, &o, tally);
+                shim_mesh_free(twice);
+                shim_mesh_free(once);
+            }
+        shim_mesh_free(in);
+        free_soup(&shifted);
+        free_soup(&s);
+    }
+    assert_true(tally[1] > 100);
+}
+
+static void test_similarity(void** state) {
+    (void)state;
+    for (int i = 0; i < kMeshes; ++i) {
+        soup s = generated_sheared(i);
+        shim_mesh* const in = made_of_soup(&s);
+        for (int k = 0; k < 3; ++k) {
+            soup t = copy_of_soup(&s);
+            const double scale = k == 0 ? 32 : k == 1 ? 0x1p-40 : 1, scale_x = k == 2 ? -1 : scale;
+            for (int32_t j = 0; j < 3 * t.vertices; ++j) t.points[j] *= j % 3 == 0 ? scale_x : scale;
+            shim_mesh* const other = made_of_soup(&t);
+            for (int32_t mode = P; mode <= K; ++mode)
+                for (int placement = 0; placement < 2; ++placement) {
+                    delmesh_remesh_options o = options_of(mode);
+                    o.precision = (i + k + mode) % 2 == 0 ? DELMESH_FLOAT32 : DELMESH_FLOAT64;
+                    o.placement = placement;
+                    delmesh_remesh_report r, q;
+                    shim_mesh* const one = remeshed(in, &o, &r);
+                    shim_mesh* const two = remeshed(other, &o, &q);
+                    expect_equal(one, two, scale_x, scale);
+                    assert_int_equal(r.flips, q.flips);
+                    assert_true(r.surface_bound < 0 || r.surface_bound * scale == q.surface_bound);
+                    shim_mesh_free(one);
+                    shim_mesh_free(two);
+                }
+            shim_mesh_free(other);
+            free_soup(&t);
+        }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+}
+
+static void test_threads(void** state) {
+    (void)state;
+    soup s = torus(120, 90, 0.2, 11); /* some blocks for each thread */
+    shim_mesh* const in = made_of_soup(&s);
+    for (int32_t mode = P; mode <= F; ++mode) {
+        delmesh_remesh_options o = options_of(mode);
+        delmesh_remesh_report r, q;
+        shim_mesh* const one = remeshed(in, &o, &r);
+        for (int32_t threads = 2; threads <= 4; threads += 2) {
+            shim_mesh* const many = shim_remesh(in, &o, threads, &q);
+            assert_int_equal(shim_mesh_status(many), DELMESH_OK);
+            expect_equal(one, many, 1, 1);
+            const shim_arrays a = shim_mesh_arrays(one), b = shim_mesh_arrays(many);
+            assert_memory_equal(a.pos32, b.pos32, (size_t)a.pos32_size * sizeof(float));
+            assert_memory_equal(a.corner_bits, b.corner_bits, (size_t)a.corner_bits_size);
+            assert_memory_equal(&r.nld_in, &q.nld_in,
+                                offsetof(delmesh_remesh_report, seconds_total) - offsetof(delmesh_remesh_report, nld_in));
+            shim_mesh_free(many);
+        }
+        shim_mesh_free(one);
+    }
+    shim_mesh_free(in);
+    free_soup(&s);
+}
+
+/* The height of a mesh without overhangs above (x, y); NAN beside it. */
+static double height_at(const shim_arrays* a, double x, double y) {
+    for (int32_t c = 0; c < a->corners; c += 3) {
+        const int32_t* v = a->corner_vert + c;
+        double w[3], sum = 0, z = 0;
+        for (int k = 0; k < 3; ++k) {
+            const int32_t p = v[(k + 1) % 3], q = v[(k + 2) % 3];
+            const double px = coordinate(a, p, 0) - x, py = coordinate(a, p, 1) - y;
+            w[k] = px * (coordinate(a, q, 1) - y) - py * (coordinate(a, q, 0) - x);
+            sum += w[k];
+        }
+        if (!(w[0] > 0 && w[1] > 0 && w[2] > 0)) continue;
+        for (int k = 0; k < 3; ++k) z += w[k] / sum * coordinate(a, v[k], 2);
+        return z;
+    }
+    return NAN;
+}
+
+/* A sheet that is flat up to a few units in the last place: what flips move stays within the tolerance, and within the bound the
+ * report gives, both measured here by interpolation. What is rougher than that is split. */
+static void test_slab(void** state) {
+    (void)state;
+    double worst = 0;
+    for (int rough = 1; rough <= 64; rough *= 2) {
+        uint64_t seed = 21;
+        soup s = sheet(9, 8, 3, 0.2, 20);
+        const double unit = 0x1p-18; /* of float32 coordinates from 32 to 64 */
+        for (int32_t v = 0; v < s.vertices; ++v)
+            set_point(&s, v, s.points[3 * v] - 5 * s.points[3 * v + 1], s.points[3 * v + 1],
+                      unit * rough * random_unit(&seed) / 2);
+        shim_mesh* const in = made_of_soup(&s);
+        const shim_arrays a = shim_mesh_arrays(in);
+        assert_true(unit_of(&a, DELMESH_FLOAT32) == unit);
+        for (int limit = 0; limit < 3; ++limit) {
+            delmesh_remesh_options o = inner_options_of(P);
+            o.tolerance = limit == 0 ? -1 : limit == 1 ? 0 : 10 * unit;
+            const double tolerance = limit == 0 ? 4 * unit : limit == 1 ? 0.87 * unit : 10 * unit;
+            delmesh_remesh_report r;
+            shim_mesh* const out = remeshed(in, &o, &r);
+            const shim_arrays b = shim_mesh_arrays(out);
+            assert_true(r.surface_bound >= 0 && r.surface_bound <= tolerance);
+            if (limit == 1) assert_true(r.flips == 0 && r.splits > 0);
+            if (limit == 0 && rough == 1) assert_true(r.flips > 50 && r.splits < 100); /* at tolerance 0: hundreds */
+            if (limit == 0 && rough == 64) assert_true(r.splits > 200);
+            double moved = 0;
+            int found = 0;
+            for (int i = 0; i < 400; ++i) {
+                const double y = 4 + 4 * random_unit(&seed), x = 13.5 + 13.5 * random_unit(&seed) - 5 * y;
+                const double d = height_at(&a, x, y) - height_at(&b, x, y);
+                if (isnan(d)) continue;
+                ++found;
+                moved = fmax(moved, fabs(d));
+            }
+            assert_true(found > 200);
+            if (!(moved <= r.surface_bound * 1.0001)) /* heights are a little longer than distances */
+                fail_msg("roughness %d: moved by %g units, bound %g", rough, moved / unit, r.surface_bound / unit);
+            if (limit == 0) worst = fmax(worst, moved);
+            shim_mesh_free(out);
+        }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+    assert_true(worst > 0x1p-20); /* the tolerance was made use of */
+}
+
+/* certify finds just what asking about every edge finds, in number and in place. */
+static void test_certify(void** state) {
+    (void)state;
+    int64_t interior = 0, boundary_edges = 0, zero = 0;
+    for (int i = 0; i < 3 * kMeshes; ++i) {
+        soup s = generated_sheared(i % kMeshes);
+        if (i >= kMeshes) { /* snapped to a coarse grid: many ties, zero areas and coincident points */
+            for (int32_t k = 0; k < 3 * s.vertices; ++k) s.points[k] = floor(s.points[k] * (i < 2 * kMeshes ? 1 : 2));
+        }
+        shim_mesh* const m = made_of_soup(&s);
+        for (int32_t rule = 0; rule < 2; ++rule) {
+            const shim_certificate all = shim_scan_all(m, rule);
+            for (int32_t lists = 0; lists < 2; ++lists) {
+                const shim_certificate c = shim_certify(m, rule, lists);
+                assert_int_equal(c.nld_interior, all.nld_interior);
+                assert_int_equal(c.nld_boundary, all.nld_boundary);
+                assert_int_equal(c.zero_area_faces, all.zero_area_faces);
+                assert_int_equal(c.delaunay, all.delaunay);
+                assert_int_equal(c.first_zero_face, all.first_zero_face);
+                assert_int_equal(c.listed_edges, lists ? c.nld_interior + c.nld_boundary : 0);
+                assert_int_equal(c.listed_faces, lists ? c.zero_area_faces : 0);
+                if (lists) assert_true(c.in_order && c.listed_sum == all.listed_sum);
+            }
+            interior += all.nld_interior;
+            boundary_edges += all.nld_boundary;
+            zero += all.zero_area_faces;
+        }
+        shim_mesh_free(m);
+        free_soup(&s);
+    }
+    if (interior < 500 || boundary_edges < 50 || zero < 50)
+        fail_msg("%d, %d, %d: nothing to find", (int)interior, (int)boundary_edges, (int)zero);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flat_pair),
+        cmocka_unit_test(test_bent_pair),
+        cmocka_unit_test(test_split_off_middle),
+        cmocka_unit_test(test_marked),
+        cmocka_unit_test(test_boundary_rule),
+        cmocka_unit_test(test_already_delaunay),
+        cmocka_unit_test(test_exposed),
+        cmocka_unit_test(test_split_budget),
+        cmocka_unit_test(test_tolerance),
+        cmocka_unit_test(test_needle),
+        cmocka_unit_test(test_needle_inside),
+        cmocka_unit_test(test_needle_by_rounding),
+        cmocka_unit_test(test_caps),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_three_pages),
+        cmocka_unit_test(test_pages_with_needles),
+        cmocka_unit_test(test_compact_keeps_joins),
+        cmocka_unit_test(test_compact),
+        cmocka_unit_test(test_laws),
+        cmocka_unit_test(test_chain),
+        cmocka_unit_test(test_chain_maps),
+        cmocka_unit_test(test_similarity),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_slab),
+        cmocka_unit_test(test_certify),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
