@@ -112,7 +112,7 @@ static topology checked(shim_surface* surface) {
         REQUIRE(steps == used[v], v);                      /* one fan */
         REQUIRE((c < 0) == (s.corner_twin[start] < 0), v); /* and the boundary corner where it is open */
     }
-    uint8_t* const seen = (uint8_t*)calloc((size_t)s.corners, 1);
+    uint8_t* const seen = (uint8_t*)calloc((size_t)(s.corners > 0 ? s.corners : 1), 1);
     for (int32_t c = 0; c < s.corners; ++c) {
         if (s.corner_vert[c] < 0 || s.corner_twin[c] >= 0 || seen[c]) continue;
         ++n.loops;

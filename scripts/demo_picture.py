@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draws triangle meshes side by side into one PNG file: shaded faces, their wires, and chosen edges in red. Python and numpy only."""
+import struct
+import zlib
+
+import numpy as np
+
+SIZE, SUPERSAMPLING, CAPTION = 600, 2, 44  # pixels of a panel, samples per pixel and axis, height of the caption
+PAPER, INK, RED = (250, 250, 248), (60, 66, 74), (214, 32, 28)
+# 5 x 7 letters, one row of five bits each
+GLYPHS = {
+    "A": "0E11111F111111", "C": "0E11101010110E", "D": "1E11111111111E", "E": "1F10101E10101F",
+    "F": "1F10101E101010", "G": "0E11101713110F", "I": "0E04040404040E", "L": "1010101010101F",
+    "B": "1E11111E11111E", "H": "1111111F111111", "J": "0702020202120C", "K": "11121418141211", "M": "111B1515111111", "N": "11191915131311",
+    "O": "0E11111111110E", "P": "1E11111E101010", "R": "1E11111E141211", "S": "0F10100E01011E", "T": "1F040404040404",
+    "U": "1111111111110E", "V": "11111111110A04", "W": "11111115151B11", "X": "11110A040A1111", "Y": "11110A04040404", "Q": "0E11111115120D",
+    "Z": "1F01020408101F",
+    "0": "0E11131519110E", "1": "040C040404040E", "2": "0E11010204081F", "3": "1F02040201110E", "4": "02060A121F0202",
+    "5": "1F101E0101110E", "6": "0608101E11110E", "7": "1F010204080808", "8": "0E11110E11110E", "9": "0E11110F01020C",
+    ".": "00000000000C0C", "%": "18190204081303", ",": "0000000C040800",
+}
+
+
+def caption_rows(text, scale):
+    rows = np.zeros((7, 6 * len(text)), bool)
+    for i, letter in enumerate(text.upper()):
+        bits = bytes.fromhex(GLYPHS[letter] if letter != " " else "00" * 7)
+        for y, row in enumerate(bits):
+            rows[y, 6 * i:6 * i + 5] = [row >> (4 - x) & 1 for x in range(5)]
+    return rows.repeat(scale, 0).repeat(scale, 1)
+
+
+def draw(points, faces, red_edges, view):
+    """One panel as SIZE x SIZE x 3 bytes. view: rows are the axes right, up, towards the eye; then centre and half width."""
+    axes, centre, half = view
+    n = SIZE * SUPERSAMPLING
+    p = (np.asarray(points, float) - centre) @ axes.T
+    distance = 6 * half  # of the eye
+    depth = distance / (distance - p[:, 2])
+    x = n / 2 + p[:, 0] * depth / half * n / 2
+    y = n / 2 - p[:, 1] * depth / half * n / 2
+    z = depth
+    image = np.empty((n, n, 3))
+    image[:] = PAPER
+    nearest = np.zeros((n, n))
+    red = {frozenset(e) for e in red_edges}
+    light = np.array([0.35, 0.55, 0.76])
+    for face in faces:
+        i, j, k = face
+        normal = np.cross(p[j] - p[i], p[k] - p[i])
+        length = np.linalg.norm(normal)
+        area2 = (x[j] - x[i]) * (y[k] - y[i]) - (x[k] - x[i]) * (y[j] - y[i])
+        if length == 0 or area2 >= 0:  # turned away (y points down)
+            continue
+        fx, fy = x[list(face)], y[list(face)]
+        x0, x1 = max(int(fx.min()), 0), min(int(fx.max()) + 2, n)
+        y0, y1 = max(int(fy.min()), 0), min(int(fy.max()) + 2, n)
+        if x0 >= x1 or y0 >= y1:
+            continue
+        gx, gy = np.meshgrid(np.arange(x0, x1) + 0.5, np.arange(y0, y1) + 0.5)
+        weights, inside = [], True
+        for a, b in ((j, k), (k, i), (i, j)):  # weights[m] belongs to corner m, and to the edge opposite to it
+            w = ((x[b] - x[a]) * (gy - y[a]) - (y[b] - y[a]) * (gx - x[a])) / area2
+            weights.append(w)
+            inside = inside & (w >= -1e-9)
+        zz = weights[0] * z[i] + weights[1] * z[j] + weights[2] * z[k]
+        inside &= zz > nearest[y0:y1, x0:x1] * (1 + 1e-9)
+        if not inside.any():
+            continue
+        shade = 0.45 + 0.55 * max(0.0, float(normal @ light) / length)
+        colour = np.broadcast_to(np.array((205, 218, 232)) * shade, (*gx.shape, 3)).copy()
+        for m, (a, b) in enumerate(((j, k), (k, i), (i, j))):
+            pixels = weights[m] * -area2 / np.hypot(x[b] - x[a], y[b] - y[a])
+            is_red = frozenset((a, b)) in red
+            colour[pixels < (1.5 if is_red else 0.45) * SUPERSAMPLING] = RED if is_red else INK
+        nearest[y0:y1, x0:x1][inside] = zz[inside]
+        image[y0:y1, x0:x1][inside] = colour[inside]
+    return image.reshape(SIZE, SUPERSAMPLING, SIZE, SUPERSAMPLING, 3).mean((1, 3)).astype(np.uint8)
+
+
+def write_png(path, image):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    height, width, _ = image.shape
+    rows = b"".join(b"\0" + image[y].tobytes() for y in range(height))
+    with open(path, "wb") as out:
+        out.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)) +
+                  chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b""))
+
+
+def draw_panels(path, panels):
+    """panels: (caption, points, faces, red edges); all drawn with the view of the first, two in a row."""
+    first = np.asarray(panels[0][1], float)
+    eye = np.array([0.42, -0.62, 0.66])
+    eye /= np.linalg.norm(eye)
+    right = np.cross([0, 0, 1.0], eye)
+    right /= np.linalg.norm(right)
+    centre = (first.min(0) + first.max(0)) / 2
+    view = np.array([right, np.cross(eye, right), eye]), centre, 1.1 * np.abs(first - centre).max()
+    cells = []
+    for caption, points, faces, red_edges in panels:
+        cell = np.empty((SIZE + CAPTION, SIZE, 3), np.uint8)
+        cell[:] = PAPER
+        cell[CAPTION:] = draw(points, faces, red_edges, view)
+        text = caption_rows(caption, 2)
+        cell[20:20 + text.shape[0], 20:20 + text.shape[1]][text] = INK
+        cells.append(cell)
+    if len(cells) % 2:
+        cells.append(np.full_like(cells[0], 250))
+    write_png(path, np.vstack([np.hstack(cells[i:i + 2]) for i in range(0, len(cells), 2)]))
