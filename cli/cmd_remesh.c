@@ -125,6 +125,7 @@ static void json_report(Remesh* r, Json* json, bool ok) {
     json_integer(json, "nld_out", p->nld_out);
     json_bool(json, "certified", ok && p->certified);
     if (p->surface_bound >= 0) json_double(json, "surface_bound", p->surface_bound);
+    json_bool(json, "topology_kept", p->topology_kept);
     json_begin_repairs(json, &r->in);
     json_integer(json, "collapsed_edges", p->collapsed_edges);
     json_integer(json, "removed_zero_area_faces", p->removed_zero_area_faces);

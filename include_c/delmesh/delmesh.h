@@ -14,20 +14,21 @@
  *
  * Rules that hold for every function
  *  - Errors. Fallible functions return an int32_t status: DELMESH_OK is 0, errors are negative and their numbers are fixed for
- *    ever. delmesh_last_error(ctx) then holds one sentence that names the argument and the index. After a failure or a cancel
+ *    ever. delmesh_last_error(ctx) then holds one sentence that names the argument and the index (of functions that take a
+ *    context, and but for DELMESH_ERROR_BUSY: the text belongs to the call that is running). After a failure or a cancel
  *    the handle written through an `out` argument is NULL and everything the caller owns is as it was. Nothing prints, aborts,
  *    throws across this boundary, or leaves a changed floating-point environment behind.
  *  - Ownership. The caller owns what it passes in; the library copies what it needs before the call returns. Handles belong to
  *    the caller and go to their _destroy function, which accepts NULL. Meshes may outlive the context they were made with.
  *  - Threads. A context is used by one thread at a time; different contexts are independent. Meshes never change once made: any
- *    thread may read them. Callbacks run only on the thread that made the call. delmesh_cancel is the one function that may be
+ *    thread may read them. Callbacks run only on the thread that made the call, in the library's floating-point environment. delmesh_cancel is the one function that may be
  *    called for a context another thread is using.
  *  - Structs. Options and reports start with `struct_size`. Fill options with their _init function (it sets the defaults and the
  *    size), set struct_size of a report to sizeof(the struct) before the call (its _init does). Structs only ever grow at the
  *    end; a caller built against an older or a newer header keeps working: the common part is used, and a newer caller that sets
  *    an option which the library does not know gets DELMESH_ERROR_UNSUPPORTED instead of being ignored.
  *  - Indices count from 0. Lengths are in the units of the positions, angles in degrees.
- *  - Same input, same bytes out: over runs, thread counts and compilers.
+ *  - Same input, same bytes out, over runs and thread counts.
  *
  * Status of the interface: version 0, everything here may still change before 1.0 (CHANGELOG.md says what did).
  */
@@ -125,13 +126,14 @@ enum { DELMESH_LOG_INFO = 1, DELMESH_LOG_WARNING = 2 };
 /* One formatted UTF-8 line without newline, on the calling thread. The library logs what it repaired and nothing else. */
 typedef void (*delmesh_log_fn)(void* user, int32_t level, const char* text);
 
-/* size > 0; returns memory aligned to `align` (a power of two, at most 64) or NULL. */
+/* alloc and free may be called from several threads at once where several threads use meshes of one context (borrow, destroy).
+ * size > 0; returns memory aligned to `align` (a power of two, at most 64) or NULL. */
 typedef void* (*delmesh_alloc_fn)(void* user, uint64_t size, uint64_t align);
 /* pointer came from delmesh_alloc_fn with the same size; never NULL. */
 typedef void (*delmesh_free_fn)(void* user, void* pointer, uint64_t size);
 
 /* The host's own thread pool: must call task(task_data, i) once for every i in [0, count), on any threads, and return after the
- * last has returned. The tasks neither call back nor allocate. */
+ * last has returned. The tasks neither call back nor allocate; the function must not throw. */
 typedef void (*delmesh_task_fn)(void* task_data, int32_t index);
 typedef void (*delmesh_parallel_for_fn)(void* user, int32_t count, delmesh_task_fn task, void* task_data);
 
@@ -279,10 +281,12 @@ typedef struct delmesh_remesh_options {
     int32_t compact;       /* 1: leave out vertices that no face uses. Default 0: vertex i stays vertex i */
     int32_t reserved0;
     double feature_angle;  /* degrees between the normals of the faces, 0 is flat; feature mode keeps what is sharper. 30 */
-    double max_normal_turn;/* degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any (default) */
+    double max_normal_turn;/* degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any (default). flip and feature only */
     double shell_unit;     /* radius of a shell, in model units; <= 0 (default): 1/1024 of the bounding box's diagonal */
-    double tolerance;      /* preserve: how far the surface may move, in model units; 0: exact planarity only;
-                              < 0 (default): 4 units in the last place of the largest coordinate at the output precision */
+    double tolerance;      /* preserve: how far the surface may move, in model units; 0: exact planarity only, so that only the
+                              rounding of new vertices moves it; < 0 (default): 4 units in the last place of the largest
+                              coordinate at the output precision, and up to 64 where the precision has no room for the vertices
+                              that this would need (surface_bound tells; clean meshes do not come to it) */
     int64_t max_vertices;  /* of the result; 0 (default): 16 x the input's + 10,000 */
     int64_t split_budget;  /* flip, feature: after so many splits of unflippable edges, bent edges are no longer flipped;
                               0 (default): V / 50 + 200 */
@@ -307,16 +311,20 @@ typedef struct delmesh_remesh_report {
     int64_t collapsed_edges;            /* edges of zero length collapsed */
     int64_t removed_zero_area_faces;    /* caps flipped away and folded ears removed */
     int64_t moved_within_tolerance;     /* preserve: flips that moved the surface, within the tolerance */
-    double surface_bound;               /* preserve: proven bound on the two-sided distance to the input as rounded; else < 0 */
+    double surface_bound;               /* preserve: bound on the two-sided distance to the input as rounded to the output
+                                           precision, proven up to the rounding of float64 arithmetic; else < 0 */
     double seconds_total, seconds_repair, seconds_flip, seconds_split, seconds_certify;
     uint64_t peak_bytes;                /* of the context's allocator, during this call */
+    int32_t topology_kept;              /* 1: components, boundary loops and Euler characteristic are the input's; 0: a repair
+                                           of what is smaller than the precision cut or removed something (counted above) */
+    int32_t reserved0;
 } delmesh_remesh_report;
 
 DELMESH_API void delmesh_remesh_report_init(delmesh_remesh_report* report, uint32_t struct_size);
 
 /* Makes a Delaunay mesh: no interior edge whose opposite angles sum to more than 180, no boundary edge opposite to more than 90
  * degrees (unless ignored), no face of zero area, decided exactly on the coordinates that are returned, with the topology of
- * the input. Ties count as Delaunay. Input vertex i is output vertex i, bit for bit at the output precision.
+ * the input (unless something smaller than the precision had to be cut: topology_kept). Ties count as Delaunay. Input vertex i is output vertex i, bit for bit at the output precision.
  * options: NULL for the defaults; report: may be NULL, is filled also after an error, as far as the call got.
  * Errors: INVALID_ARGUMENT, NO_SURFACE, STRICT, VERTEX_LIMIT, PRECISION, TOO_LARGE, UNSUPPORTED, memory, CANCELLED.
  * O(n log n) in practice. Method: Dyer, Zhang, Moeller 2007 (Algorithms 1 and 2); split points after Liu, Xu, Fan, He 2015. */
@@ -371,9 +379,9 @@ DELMESH_API int32_t delmesh_measure_quality(delmesh_context* context, const delm
 typedef struct delmesh_distance_options {
     uint32_t struct_size;
     int32_t compute_bound;  /* 1 (default): also the guaranteed bound; 0: samples only */
-    int64_t samples;        /* per direction, spread by area, besides all vertices; 0 (default): 4 per triangle, at least 100,000 */
+    int64_t samples;        /* per direction, spread by area, besides vertices and edge midpoints; 0 (default): 4 per triangle, at least 100,000 */
     double relative_error;  /* the bound ends at (1 + this) x the sampled value + absolute_error. 0.1 */
-    double absolute_error;  /* in percent of the first mesh's diagonal. 1e-4 (1e-6 of the diagonal) */
+    double absolute_error;  /* in percent of the first mesh's diagonal, at least 1e-9. 1e-4 (1e-6 of the diagonal) */
 } delmesh_distance_options;
 
 DELMESH_API void delmesh_distance_options_init(delmesh_distance_options* options, uint32_t struct_size);
@@ -382,7 +390,8 @@ typedef struct delmesh_distance_report {
     uint32_t struct_size;
     int32_t reserved0;
     double diagonal;             /* of the first mesh */
-    double hausdorff_sampled;    /* the larger of the two directions; a lower bound on the true distance */
+    double hausdorff_sampled;    /* the larger of the two directions, with compute_bound also over what the search met beyond the
+                                    samples; below the true distance but for rounding (on slivers, 1e-8 of their length) */
     double hausdorff_bound;      /* guaranteed upper bound (two-sided); < 0 if not computed */
     double rms;                  /* the larger of the two directions' root mean square */
     double a_to_b_max, a_to_b_rms, b_to_a_max, b_to_a_rms;

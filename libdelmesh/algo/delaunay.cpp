@@ -8,6 +8,7 @@
 #include "algo/delaunay.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "algo/nld_scan.h"
 #include "algo/split_point.h"
@@ -31,7 +32,8 @@ bool operator<(const Entry& a, const Entry& b) {
 // In units in the last place. Where the precision has no room to split an edge, edges up to kShort may be taken out, vertices
 // closer than kMelt become one, and the surface may move by kNeed in all (the report says by how much it did); clean meshes get
 // by with the tolerance.
-constexpr double kMelt = 4, kShort = 16, kNeed = 64;
+constexpr double kMelt = 4, kShort = 16;
+constexpr int32_t kMostSheets = 1 << 20; // at one cut edge; a margin before 2^31 corners
 // Splits on one carrier before its splits go to concentric shells. Around a vertex with small angles interval placement can
 // spiral inward from edge to edge; points at equal distances from the vertex stop that.
 constexpr int32_t kPatience = 40, kPatienceAtVertex = 8;
@@ -40,6 +42,19 @@ constexpr int32_t kPatience = 40, kPatienceAtVertex = 8;
 // quite Delaunay: from there on flips may use all of kNeed, which ends it where splits would go down to the precision.
 // A small mesh can afford more, and keeps its surface.
 constexpr int64_t kCrowd = 4, kFewSplits = 20000;
+
+// a + t (b - a), off by hardly more than one rounding: the difference, the product and the sum each keep what they lose.
+double point_between(double a, double b, double t) {
+    const double d = b - a, back = a + d;
+    const double d_lost = (b - back) + (a - (back - d)); // b - a = d + d_lost
+    const double step = t * d, step_lost = std::fma(t, d, -step) + t * d_lost;
+    const double x = a + step, virtual_step = x - a;
+    const double x_lost = (a - (x - virtual_step)) + (step - virtual_step);
+    return x + (x_lost + step_lost);
+}
+Vec3 point_between(const Vec3& a, const Vec3& b, double t) {
+    return {point_between(a.x, b.x, t), point_between(a.y, b.y, t), point_between(a.z, b.z, t)};
+}
 
 enum class Verdict { flip, kept, guarded, unflippable };
 
@@ -168,7 +183,7 @@ private:
         // A feature edge may be flipped where the precision has no room to split it; what the caller marked may not.
         if (s.is_kept(c)) {
             const bool marked = (s.corner_bits[c] & kEdgeMarked) != 0;
-            if (!in_need || marked || flip_displacement(pp, qq, uu, vv) > kNeed * rules.resolution) return Verdict::kept;
+            if (!in_need || marked || flip_displacement(pp, qq, uu, vv) > rules.need) return Verdict::kept;
         }
         new_drift = -1;
         new_patch = -1;
@@ -200,7 +215,7 @@ private:
         // Within what is left of the tolerance.
         const double before = std::max(patches->moved(f), patches->moved(g));
         const bool crowded = report.splits > kCrowd * static_cast<int64_t>(s.first_split) + kFewSplits;
-        const double limit = in_need || crowded ? kNeed * rules.resolution : rules.free_movement;
+        const double limit = in_need || crowded ? rules.need : rules.free_movement;
         if (before >= limit) return false;
         const double after = before + flip_displacement(pp, qq, uu, vv);
         if (!(after <= limit)) return false;
@@ -255,8 +270,10 @@ private:
                 own_patch(f);
                 own_patch(g);
             } else {
+                const double moved = std::max(patches->moved(f), patches->moved(g));
                 if (new_patch >= 0) patches->face_patch[f] = patches->face_patch[g] = new_patch;
-                patches->drift[f] = patches->drift[g] = std::max(patches->drift[f], patches->drift[g]);
+                raise(f, moved);
+                raise(g, moved);
             }
         }
         look_at(c);
@@ -281,6 +298,8 @@ private:
             return context.fail(DELMESH_ERROR_VERTEX_LIMIT,
                                 "The limit of %lld vertices was reached with edges still to split (edge %d-%d).",
                                 static_cast<long long>(rules.max_vertices), p, q);
+        if (s.corners() > std::numeric_limits<int32_t>::max() - 6 * kMostSheets)
+            return context.fail(DELMESH_ERROR_TOO_LARGE, "The result had more than 2^31 corners.");
         double tp, tq;
         const int32_t carrier = s.carrier_of(p, q, tp, tq);
         while (carrier_splits.size() < s.carriers.size()) carrier_splits.push_back(0);
@@ -297,9 +316,10 @@ private:
         for (const double t : {0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8, 0.1, 0.9})
             if (plan.count < SplitPlan::kMost) plan.t[plan.count++] = t;
         for (int i = 0; i < plan.count; ++i) {
-            const SplitVertex where{carrier, tp + plan.t[i] * (tq - tp)};
-            const Vec3 &a = s.at(line.a), &b = s.at(line.b);
-            const Vec3 position = round_to(rules.precision, a + where.t * (b - a));
+            const double t = tp + plan.t[i] * (tq - tp);
+            const SplitVertex where{carrier, t, point_between(s.exact(line.a), s.exact(line.b), t),
+                                    1 + std::max(s.depth(line.a), s.depth(line.b))};
+            const Vec3 position = round_to(rules.precision, where.exact);
             if (!fits(c, position)) continue;
             commit_split(c, where, position, verdict);
             return DELMESH_OK;
@@ -374,7 +394,7 @@ private:
         if (patches != nullptr) {
             for (const int32_t f : around) moved = std::max(moved, patches->moved(f));
             moved += shift;
-            if (!(moved <= kNeed * rules.resolution)) return false;
+            if (!(moved <= rules.need)) return false;
         }
         places.clear();
         for (const int32_t v : cluster) {
@@ -456,8 +476,8 @@ private:
         const int32_t first_copy = s.vertices();
         if (s.collapse_is_legal(from))
             s.collapse(from);
-        else
-            s.collapse_and_cut(from);
+        else if (!s.collapse_and_cut(from))
+            return false;
         ++report.collapsed_edges;
         drop_bubbles(place);
         look_at_changed(first_copy);
@@ -507,7 +527,7 @@ private:
         }
         const Vec3 &a = s.at(s.vert(side)), &b = s.at(s.head(side));
         moved += distance_to_segment(s.at(s.apex(side)), a, b);
-        if (!(moved <= kNeed * rules.resolution)) return false;
+        if (!(moved <= rules.need)) return false;
         for (const int32_t f : around) {
             if (s.is_dead(f) || f == bubble[0] || f == bubble[1]) continue;
             for (int32_t k = 3 * f; k < 3 * f + 3; ++k)
@@ -544,7 +564,7 @@ private:
             const auto covered = [](int32_t twin) { return twin >= 0 || is_cut(twin); };
             if (!long_side && !(covered(n) && covered(p))) return false;
             const double moved = patches->moved(f) + height;
-            if (!(moved <= kNeed * rules.resolution)) return false;
+            if (!(moved <= rules.need)) return false;
             for (int32_t k = 3 * f; k < 3 * f + 3; ++k) raise_beyond(k, moved);
         }
         const int32_t first_copy = s.vertices();
@@ -585,7 +605,7 @@ private:
         const int32_t start = s.vert_corner[goes];
         for (int32_t k = start;;) {
             if (is_cut(s.twin(k)) || is_cut(s.twin(prev_corner(k)))) return false; // its copies would have to follow
-            if (patches != nullptr && !(patches->moved(face_of(k)) + size <= kNeed * rules.resolution)) return false;
+            if (patches != nullptr && !(patches->moved(face_of(k)) + size <= rules.need)) return false;
             const int32_t x = s.head(k), y = s.apex(k);
             if (x != stays && y != stays && zero_area(s.at(stays), s.at(x), s.at(y))) return false;
             around.push_back(face_of(k));
@@ -611,6 +631,7 @@ private:
 
     // May a vertex be put there on c and on all its copies: no face without area, no vertex on another of the faces?
     bool fits(int32_t c, const Vec3& x) const {
+        if (!is_finite(x)) return false;
         const auto fits_face = [&](int32_t k) {
             return !zero_area(s.at(s.vert(k)), x, s.at(s.apex(k))) && !zero_area(x, s.at(s.head(k)), s.at(s.apex(k)));
         };

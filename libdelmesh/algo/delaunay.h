@@ -15,6 +15,7 @@ struct DelaunayRules {
     double min_turn_cosine = -2; // a flip may turn a normal up to the angle with this cosine; -2: any
     double resolution = 0;       // unit in the last place of the largest coordinate, at the output precision
     double free_movement = 0; // preserve: how far flips outside of patches may move the surface, where a split would do as well
+    double need = 0;          // the same where the precision has no room for a split vertex, or splits crowd
     int64_t max_vertices = 0;
     int64_t split_budget = 0; // flip modes: after so many splits of unflippable edges, bent edges are not flipped any more
 };

@@ -12,6 +12,7 @@
 #include "algo/delaunay.h"
 #include "algo/flat_patches.h"
 #include "algo/repair.h"
+#include "geom/predicates.h"
 #include "mesh/build.h"
 #include "mesh/surface.h"
 #include "mesh/validate.h"
@@ -19,6 +20,8 @@
 namespace dm {
 namespace {
 
+// How far the surface may move in all where float32 or float64 have no room for a split vertex, in units in the last place.
+constexpr double kNeed = 64;
 constexpr double kSplitRounding = 0.87; // units in the last place a rounded point may be off its place: sqrt(3) / 2
 
 class Stopwatch {
@@ -34,28 +37,30 @@ private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-struct Extent {
-    double largest = 0; // |coordinate|
-    double diagonal = 0;
-};
-
 // Of the vertices that faces use.
-Extent measure_extent(const Surface& s) {
-    Vec3 low{0, 0, 0}, high{0, 0, 0};
-    bool any = false;
-    Extent e;
+double largest_coordinate(const Surface& s) {
+    double largest = 0;
     for (int32_t v = 0; v < s.vertices(); ++v) {
         if (s.vert_corner[v] < 0) continue;
         const Vec3& x = s.at(v);
-        e.largest = std::max({e.largest, std::fabs(x.x), std::fabs(x.y), std::fabs(x.z)});
-        low = any ? Vec3{std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)} : x;
-        high = any ? Vec3{std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)} : x;
-        any = true;
+        largest = std::max({largest, std::fabs(x.x), std::fabs(x.y), std::fabs(x.z)});
+    }
+    return largest;
+}
+
+// Of their bounding box.
+double diagonal(const Surface& s) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Vec3 low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
+    for (int32_t v = 0; v < s.vertices(); ++v) {
+        if (s.vert_corner[v] < 0) continue;
+        const Vec3& x = s.at(v);
+        low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+        high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
     }
     const Vec3 d = high - low;
-    const double scale = std::max({d.x, d.y, d.z});
-    if (scale > 0) e.diagonal = scale * length((1 / scale) * d); // no overflow, no underflow
-    return e;
+    const double size = std::max({d.x, d.y, d.z});
+    return size > 0 ? size * length((1 / size) * d) : 0; // float32 models can be too small for squares
 }
 
 // Distance from the largest coordinate to the next number of the precision.
@@ -104,7 +109,8 @@ Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, d
         if (features && t >= 0) {
             const Vec3 &a = s.at(s.vert(c)), &b = s.at(s.head(c)), &u = s.at(s.apex(c)), &v = s.at(s.apex(t));
             const Vec3 n = cross(b - a, u - a), m = cross(v - a, b - a);
-            if (dot(n, m) < limit * (length(n) * length(m))) bits |= kEdgeFeature;
+            const bool sharp = dot(n, m) < limit * (length(n) * length(m));
+            if (sharp && !flat_edge(a, b, u, v)) bits |= kEdgeFeature; // what is exactly flat is none, whatever the angle
         }
         s.corner_bits[c] = bits;
         if (t >= 0) s.corner_bits[t] = bits;
@@ -292,7 +298,7 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
         for (int32_t v = 0; v < all; ++v) {
             if (!stays(v)) continue;
             using Real = std::remove_reference_t<decltype(positions[0])>;
-            const Vec3& x = s.at(v);
+            const Vec3 x = s.is_original(v) ? round_to(out.precision, in.position(s.copied(v))) : s.at(v);
             positions[i++] = static_cast<Real>(x.x); // exact: rounded when it was made
             positions[i++] = static_cast<Real>(x.y);
             positions[i++] = static_cast<Real>(x.z);
@@ -319,7 +325,7 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
             if (!stays(v)) continue;
             int32_t root = v;
             if (!s.vert_root.empty())
-                root = s.vert_root[v];
+                root = s.root(v);
             else if (s.is_original(v)) {
                 root = s.copied(v);
                 if (!in.vert_join.empty()) root = in.vert_join[root];
@@ -383,23 +389,25 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
         if (surface.vert_corner[v] >= 0 && !is_finite(surface.at(v)))
             return context.fail(DELMESH_ERROR_PRECISION, "Vertex %d was out of the output precision's range.", v);
     DM_TRY(repair_zero_area(context, surface, options.strict != 0, report));
-    Extent extent = measure_extent(surface);
-    // Far from 1, float64 lengths lose the range that their products need; powers of two cost nothing and change nothing.
-    const double scale = precision == Precision::f64 ? range_scale(extent.largest) : 1;
+    // Far from 1, float64 lengths lose the range that their products need. Input vertices are handed out as they were given, and
+    // the certificate looks at those.
+    double largest = largest_coordinate(surface);
+    const double scale = precision == Precision::f64 ? range_scale(largest) : 1;
     if (scale != 1) {
         for (Vec3& x : surface.pos) x = scale * x;
-        extent.largest *= scale;
-        extent.diagonal *= scale;
+        largest *= scale;
     }
     DelaunayRules rules;
     rules.precision = precision;
     rules.boundary_rule = options.boundary == DELMESH_BOUNDARY_NONOBTUSE;
     rules.shells = options.placement == DELMESH_PLACEMENT_SHELLS;
-    rules.shell_unit = options.shell_unit > 0 ? scale * options.shell_unit : extent.diagonal / 1024;
+    rules.shell_unit = options.shell_unit > 0 ? scale * options.shell_unit : diagonal(surface) / 1024;
     rules.min_turn_cosine =
         options.max_normal_turn >= 0 && options.max_normal_turn < 180 ? cosine_of_degrees(options.max_normal_turn) : -2;
-    rules.resolution = last_place(precision, extent.largest);
+    rules.resolution = last_place(precision, largest);
     const int64_t most = std::numeric_limits<int32_t>::max() / 6; // corners stay below 2^31
+    if (in.vertices() > most)
+        return context.fail(DELMESH_ERROR_TOO_LARGE, "The mesh had more than %lld vertices.", static_cast<long long>(most));
     rules.max_vertices =
         std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 10000, most);
     rules.split_budget = options.split_budget > 0 ? options.split_budget : in.vertices() / 50 + 200;
@@ -411,6 +419,8 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     // precision has no room for a split vertex.
     const double tolerance = options.tolerance < 0 ? 4 * rules.resolution : scale * options.tolerance;
     if (preserve) rules.free_movement = 0.85 * std::max(0.0, tolerance - kSplitRounding * rules.resolution);
+    // A tolerance that the caller gave is kept, but for what the rounding of coordinates alone can do.
+    rules.need = options.tolerance < 0 ? kNeed * rules.resolution : std::max(tolerance, 4 * rules.resolution);
     FlatPatches patches(context.memory());
     if (preserve) {
         DM_TRY(context.stage("flat patches", 0.1, 0.2));
@@ -424,10 +434,14 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     DM_TRY(status);
     DM_ASSERT(surface.valid());
     if (preserve) {
+        // In float32 a split point is rounded once; in float64 so are the ends of the line it lies on, if they are split points.
+        int32_t roundings = 0;
+        for (const SplitVertex& split : surface.split_vertices)
+            roundings = std::max(roundings, precision == Precision::f32 ? 1 : split.depth);
         double moved = 0;
         for (int32_t f = 0; f < surface.faces(); ++f)
             if (!surface.is_dead(f)) moved = std::max(moved, patches.moved(f));
-        report.surface_bound = (moved + (report.splits != 0 ? kSplitRounding * rules.resolution : 0)) / scale;
+        report.surface_bound = (moved + roundings * kSplitRounding * rules.resolution) / scale;
     }
     patches.face_patch.free_storage();
     patches.plane.free_storage();
@@ -444,6 +458,9 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
 #endif
     report.vertices_out = out.vertices();
     report.faces_out = out.faces();
+    const MeshCounts &before = in.counts, &after = out.counts;
+    report.topology_kept = before.components == after.components && before.boundary_loops == after.boundary_loops &&
+                           before.euler_characteristic == after.euler_characteristic;
 
     DM_TRY(context.stage("certify", 0.95, 1));
     Certificate certificate;

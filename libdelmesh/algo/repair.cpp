@@ -52,7 +52,7 @@ private:
             // The smaller vertex stays: the caller's first of the two, and the same one on all sheets of a cut edge.
             const int32_t p = s.vert(c), q = s.head(c);
             const auto before = [&](int32_t a, int32_t b) {
-                const int32_t ra = s.vert_root.empty() ? a : s.vert_root[a], rb = s.vert_root.empty() ? b : s.vert_root[b];
+                const int32_t ra = s.vert_root.empty() ? a : s.root(a), rb = s.vert_root.empty() ? b : s.root(b);
                 return ra != rb ? ra < rb : a < b;
             };
             const int32_t t = s.twin(c);

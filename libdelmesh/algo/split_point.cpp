@@ -225,7 +225,8 @@ double shell_fraction(double length, double unit) {
     std::frexp(half, &exponent); // half in [2^(e-1), 2^e)
     const double below = std::ldexp(1.0, exponent - 1), above = 2 * below;
     const double shell = half - below <= above - half ? below : above;
-    return shell / (length / unit);
+    const double fraction = shell / (length / unit);
+    return fraction > 0 && fraction < 1 ? fraction : 0.5; // a unit out of all proportion
 }
 
 } // namespace dm

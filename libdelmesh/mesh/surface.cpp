@@ -158,12 +158,12 @@ int32_t Surface::split(int32_t c, int32_t s) {
     return tail;
 }
 
-int32_t Surface::add_vertex(const Vec3& position, SplitVertex where, int32_t root) {
+int32_t Surface::add_vertex(const Vec3& position, SplitVertex where, int32_t copied_from) {
     const int32_t v = vertices();
     pos.push_back(position);
     vert_corner.push_back(-1);
     split_vertices.push_back(where);
-    if (!vert_root.empty()) vert_root.push_back(root < 0 ? v : root);
+    if (!vert_root.empty()) vert_root.push_back(copied_from < 0 ? v : copied_from);
     return v;
 }
 
@@ -175,23 +175,23 @@ void Surface::split_everywhere(int32_t c, const Vec3& position, SplitVertex wher
         pieces.push_back(c);
         return;
     }
-    const int32_t start_root = vert_root[corner_vert[c]];
+    const int32_t start_root = root(corner_vert[c]);
     const int32_t first_slot = cut_slot(corner_twin[c]);
-    int32_t root = -1, slot = first_slot, last_new = -1, first_new = -1;
+    int32_t made_root = -1, slot = first_slot, last_new = -1, first_new = -1;
     do {
         const int32_t k = cut_slots[slot].corner;
-        const bool same_way = vert_root[corner_vert[k]] == start_root;
+        const bool same_way = root(corner_vert[k]) == start_root;
         // Each sheet has vertices of its own, so a carrier of its own (made once, kept by its first split vertex).
         SplitVertex here = where;
         if (k != c) {
             double t0, t1;
             const int32_t x = corner_vert[k], y = head(k);
             here.carrier = carrier_of(x, y, t0, t1);
-            const bool from_a = vert_root[carriers[where.carrier].a] == vert_root[carriers[here.carrier].a];
+            const bool from_a = root(carriers[where.carrier].a) == root(carriers[here.carrier].a);
             here.t = from_a ? where.t : 1 - where.t;
         }
-        const int32_t s = add_vertex(position, here, root);
-        if (root < 0) root = s;
+        const int32_t s = add_vertex(position, here, made_root);
+        if (made_root < 0) made_root = s;
         const int32_t tail = split(k, s);
         pieces.push_back(k);
         const int32_t near = same_way ? k : tail, far = same_way ? tail : k;
@@ -253,6 +253,12 @@ void Surface::drop_from_ring(int32_t c) {
     corner_twin[c] = kBoundary;
 }
 
+void Surface::unite(int32_t a, int32_t b) {
+    if (vert_root.empty() || !(pos[a] == pos[b])) return;
+    const int32_t ra = root(a), rb = root(b);
+    vert_root[ra < rb ? rb : ra] = ra < rb ? ra : rb;
+}
+
 void Surface::collapse(int32_t c) {
     const int32_t t = corner_twin[c];
     const int32_t p = corner_vert[c], q = head(c);
@@ -296,6 +302,7 @@ void Surface::collapse(int32_t c) {
     }
     vert_corner[q] = -1;
     vert_corner[p] = p_corner;
+    unite(p, q);
     // Boundary vertices keep their boundary corner.
     const auto settle = [this](int32_t x) {
         const int32_t first = vert_corner[x];
@@ -368,7 +375,7 @@ void Surface::add_copy(int32_t v, int32_t start) {
     } else {
         SplitVertex where;
         if (is_original(v)) {
-            where = {static_cast<int32_t>(carriers.size()), 0};
+            where = {static_cast<int32_t>(carriers.size()), 0, pos[v], 0};
             carriers.push_back({v, head(start)});
         } else
             where = split_vertices[v - first_split];
@@ -443,6 +450,7 @@ bool Surface::collapse_and_cut(int32_t c) {
         const int32_t ta = corner_twin[a], tb = corner_twin[b];
         set_twin(a, tb);
         set_twin(b, ta);
+        corner_bits[a] = corner_bits[tb] = corner_bits[b] = corner_bits[ta] = corner_bits[a] | corner_bits[b];
     }
     separate_fans(p, ring);
     for (int64_t i = 0; i < others.size(); ++i) {

@@ -22,7 +22,9 @@ struct Carrier {
 };
 struct SplitVertex {
     int32_t carrier;
-    double t; // position = a + t (b - a), rounded
+    double t;      // position = a + t (b - a), rounded
+    Vec3 exact;    // the same before it was rounded to the output precision: where further carriers begin
+    int32_t depth; // how many carriers deep: in float64, each adds the rounding of the one below
 };
 
 class Surface {
@@ -47,6 +49,14 @@ public:
         while (v >= first_copy) v = copy_of[v - first_copy];
         return v;
     }
+    // Where v lies before rounding.
+    const Vec3& exact(int32_t v) const { return is_original(v) ? pos[v] : split_vertices[v - first_split].exact; }
+    int32_t depth(int32_t v) const { return is_original(v) ? 0 : split_vertices[v - first_split].depth; }
+    // The first of all the copies that v has on other sheets, through merges too.
+    int32_t root(int32_t v) const {
+        while (vert_root[v] != v) v = vert_root[v];
+        return v;
+    }
     const Vec3& at(int32_t v) const { return pos[v]; }
     // Next outgoing corner counter-clockwise around the vertex of c; negative past the boundary.
     int32_t rotate(int32_t c) const { return corner_twin[prev_corner(c)]; }
@@ -67,8 +77,8 @@ public:
     // Inserts vertex s on the edge c: c becomes p -> s; returns the corner s -> q. Works on the boundary too, and keeps what
     // the pieces need to know of the edge; rings of cut copies are the caller's (split_everywhere).
     int32_t split(int32_t c, int32_t s);
-    // Adds a split vertex. `root`: the vertex of which it is a copy on another sheet, or -1.
-    int32_t add_vertex(const Vec3& position, SplitVertex where, int32_t root);
+    // Adds a split vertex. copied_from: the vertex of which it is a copy on another sheet, or -1.
+    int32_t add_vertex(const Vec3& position, SplitVertex where, int32_t copied_from);
     // Splits the edge c and, if it was cut at import, all its copies at the same place. `pieces` gets, per copy, the corner
     // x -> s in the face that kept its number; its other half is next(twin(next(x -> s))).
     void split_everywhere(int32_t c, const Vec3& position, SplitVertex where, Array<int32_t>& pieces);
@@ -95,7 +105,7 @@ public:
     Array<int32_t> vert_corner; // an outgoing corner, the boundary one where there is one; -1 for unused vertices
     Array<int32_t> face_src;    // face of the Mesh it was copied from
     Array<CutSlot> cut_slots;
-    Array<int32_t> vert_root; // empty, or per vertex the one of which it is a copy on another sheet (itself if none)
+    Array<int32_t> vert_root; // empty, or per vertex one of which it is a copy on another sheet (itself if none): see root()
     Array<int32_t> copy_of;   // vertices [first_copy, first_split): made by repairs, copies of these
     Array<Carrier> carriers;
     Array<SplitVertex> split_vertices; // of vertices [first_split, vertices())
@@ -105,6 +115,7 @@ public:
 private:
     void set_twin(int32_t c, int32_t twin); // both directions, or the slot's reference
     void kill_face(int32_t face);
+    void unite(int32_t a, int32_t b);                                  // what were copies of either are now copies of one
     void gather_corners(int32_t v, Array<int32_t>& out) const;         // all outgoing corners of v
     void separate_fans(int32_t v, const Array<int32_t>& corners_of_v); // further fans around v get copies of v
     void add_copy(int32_t v, int32_t start);                           // of v, for the fan that begins with the corner `start`

@@ -75,9 +75,10 @@ void shim_surface_flip(shim_surface* s, int32_t corner) {
 static SplitVertex place(Surface& s, int32_t corner, double t, Vec3& position) {
     double tp, tq;
     const int32_t carrier = s.carrier_of(s.vert(corner), s.head(corner), tp, tq);
-    const SplitVertex where{carrier, tp + t * (tq - tp)};
+    SplitVertex where{carrier, tp + t * (tq - tp), {0, 0, 0}, 1};
     const Vec3 &a = s.at(s.carriers[carrier].a), &b = s.at(s.carriers[carrier].b);
     position = a + where.t * (b - a);
+    where.exact = position;
     return where;
 }
 

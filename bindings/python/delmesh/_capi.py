@@ -111,7 +111,7 @@ class delmesh_remesh_report(C.Structure):
         ("kept_splits", C.c_int64), ("collapsed_edges", C.c_int64), ("removed_zero_area_faces", C.c_int64),
         ("moved_within_tolerance", C.c_int64), ("surface_bound", C.c_double), ("seconds_total", C.c_double),
         ("seconds_repair", C.c_double), ("seconds_flip", C.c_double), ("seconds_split", C.c_double),
-        ("seconds_certify", C.c_double), ("peak_bytes", C.c_uint64)]
+        ("seconds_certify", C.c_double), ("peak_bytes", C.c_uint64), ("topology_kept", C.c_int32), ("reserved0", C.c_int32)]
 
 
 class delmesh_certify_options(C.Structure):
