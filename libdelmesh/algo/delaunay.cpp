@@ -355,20 +355,15 @@ private:
         const int32_t ends[2] = {s.vert(c), s.head(c)};
         const double reach = std::max(length(s.at(ends[1]) - s.at(ends[0])), kMelt * rules.resolution);
         if (reach > kShort * rules.resolution) return false;
-        // A vertex at the boundary, whose copies would have to follow, stays where it is; so there may only be one.
+        // A vertex of the input never moves, nor one at the boundary, whose copies would have to follow: there may only be one.
         cluster.clear();
-        int32_t stays = -1;
-        bool fixed = false, with_original = false;
+        int32_t anchor = -1;
         const auto add = [&](int32_t v) {
             if (length(s.at(v) - s.at(ends[0])) > reach || std::find(cluster.begin(), cluster.end(), v) != cluster.end()) return;
-            const bool at_boundary = s.on_boundary(v);
-            if (at_boundary && fixed) return;
-            if (s.is_original(v)) { // a vertex of the input never moves, so there may only be one of these too
-                if (with_original) return;
-                with_original = true;
-            }
+            const bool anchored = s.is_original(v) || s.on_boundary(v);
+            if (anchored && anchor >= 0) return;
+            if (anchored) anchor = v;
             cluster.push_back(v);
-            fixed |= at_boundary;
         };
         add(ends[0]);
         add(ends[1]);
@@ -385,9 +380,7 @@ private:
         }
         std::sort(around.begin(), around.end());
         around.resize_uninitialized(std::unique(around.begin(), around.end()) - around.begin());
-        for (const int32_t v : cluster)
-            if (stays < 0 || (s.on_boundary(v) != s.on_boundary(stays) ? s.on_boundary(v) : v < stays)) stays = v;
-        if (with_original && !s.is_original(stays)) return false; // it is inside, and would have to move to the boundary's
+        const int32_t stays = anchor >= 0 ? anchor : *std::min_element(cluster.begin(), cluster.end());
         const Vec3 place = s.at(stays);
         double moved = 0, shift = 0;
         for (const int32_t v : cluster) shift = std::max(shift, length(s.at(v) - place));
@@ -455,14 +448,14 @@ private:
     // neighbours the surface is a pocket of zero width there; it is cut off, and goes if it is smaller than the precision.
     bool merge_apexes(int32_t c) {
         const int32_t u = s.apex(c), v = s.apex(s.twin(c));
-        if (judge(c) != Verdict::flip || s.on_boundary(u) || s.on_boundary(v)) return false;
+        if (judge(c) != Verdict::flip || (s.on_boundary(u) && s.on_boundary(v))) return false;
         around.clear();
         for (const int32_t x : {u, v}) {
             int32_t k = s.vert_corner[x];
             do {
                 around.push_back(face_of(k));
                 k = s.rotate(k);
-            } while (k != s.vert_corner[x]);
+            } while (k >= 0 && k != s.vert_corner[x]);
         }
         const Vec3 place = s.at(u);
         do_flip(c);
@@ -474,11 +467,11 @@ private:
             raise_beyond(prev_corner(k), gone);
         }
         const int32_t first_copy = s.vertices();
-        if (s.collapse_is_legal(from))
-            s.collapse(from);
-        else if (!s.collapse_and_cut(from))
-            return false;
-        ++report.collapsed_edges;
+        // Where neither goes, at a boundary, the flip stands: further ones may take the edge of zero length away again, and the
+        // certificate has the last word.
+        const bool legal = s.collapse_is_legal(from);
+        if (legal) s.collapse(from);
+        if (legal || s.collapse_and_cut(from)) ++report.collapsed_edges;
         drop_bubbles(place);
         look_at_changed(first_copy);
         return true;
