@@ -448,7 +448,7 @@ private:
     // neighbours the surface is a pocket of zero width there; it is cut off, and goes if it is smaller than the precision.
     bool merge_apexes(int32_t c) {
         const int32_t u = s.apex(c), v = s.apex(s.twin(c));
-        if (judge(c) != Verdict::flip || (s.on_boundary(u) && s.on_boundary(v))) return false;
+        if (judge(c) != Verdict::flip) return false;
         around.clear();
         for (const int32_t x : {u, v}) {
             int32_t k = s.vert_corner[x];

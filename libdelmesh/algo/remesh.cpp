@@ -359,6 +359,22 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     return DELMESH_OK;
 }
 
+// Cuts can leave two edges between the same two vertices, which a list of faces cannot tell apart: a corner of one, or -1.
+int32_t edge_met_twice(const Mesh& mesh) {
+    struct Edge {
+        int32_t from, to, corner;
+    };
+    Array<Edge> edges(mesh.corner_vert.memory());
+    edges.reserve(mesh.corners());
+    for (int32_t c = 0; c < mesh.corners(); ++c) edges.push_back({mesh.corner_vert[c], mesh.corner_vert[next_corner(c)], c});
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+        return a.from != b.from ? a.from < b.from : a.to != b.to ? a.to < b.to : a.corner < b.corner;
+    });
+    const Edge* twice = std::adjacent_find(edges.begin(), edges.end(),
+                                           [](const Edge& a, const Edge& b) { return a.from == b.from && a.to == b.to; });
+    return twice == edges.end() ? -1 : twice->corner;
+}
+
 // Flips and splits keep the topology, so only a repair asks for a new look at it.
 Status count(Context& context, const Mesh& in, bool repaired, Mesh& out) {
     if (repaired) return count_mesh(context, out);
@@ -463,6 +479,12 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
                            before.euler_characteristic == after.euler_characteristic;
 
     DM_TRY(context.stage("certify", 0.95, 1));
+    if (repaired) {
+        const int32_t twice = edge_met_twice(out);
+        if (twice >= 0)
+            return context.fail(DELMESH_ERROR_PRECISION, "The output precision could not hold a manifold at face %d.",
+                                out.face_source.empty() ? face_of(twice) : out.face_source[face_of(twice)]);
+    }
     Certificate certificate;
     DM_TRY(certify_mesh(context, out, rules.boundary_rule, certificate, nullptr, nullptr));
     report.nld_out = certificate.nld_interior + certificate.nld_boundary;
