@@ -21,8 +21,8 @@
  *  - Ownership. The caller owns what it passes in; the library copies what it needs before the call returns. Handles belong to
  *    the caller and go to their _destroy function, which accepts NULL. Meshes may outlive the context they were made with.
  *  - Threads. A context is used by one thread at a time; different contexts are independent. Meshes never change once made: any
- *    thread may read them. Callbacks run only on the thread that made the call, in the library's floating-point environment. delmesh_cancel is the one function that may be
- *    called for a context another thread is using.
+ *    thread may read them. Callbacks run only on the thread that made the call, in the library's floating-point environment.
+ *    delmesh_cancel is the one function that may be called for a context that another thread is using.
  *  - Structs. Options and reports start with `struct_size`. Fill options with their _init function (it sets the defaults and the
  *    size), set struct_size of a report to sizeof(the struct) before the call (its _init does). Structs only ever grow at the
  *    end; a caller built against an older or a newer header keeps working: the common part is used, and a newer caller that sets
@@ -176,7 +176,8 @@ enum { DELMESH_WELD_NONE = 0, DELMESH_WELD_EXACT = 1 };
  * polygons with face_offsets (F + 1 ascending positions into corner_verts, from 0 to its count) or face_sizes (F sizes). */
 typedef struct delmesh_mesh_desc {
     uint32_t struct_size;
-    int32_t weld;   /* DELMESH_WELD_NONE (default), or _EXACT: corners at bitwise equal positions (-0 = 0) share the first vertex */
+    /* DELMESH_WELD_NONE (default), or _EXACT: corners at bitwise equal positions (-0 = 0) share the first vertex */
+    int32_t weld;
     int32_t strict; /* 1: any repair that the import would make is refused with DELMESH_ERROR_STRICT. Default 0 */
     int32_t reserved0;
     delmesh_view positions;    /* V x 3, float32 or float64; the mesh has that precision */
@@ -239,7 +240,7 @@ enum {
     DELMESH_VERT_JOIN = 7,      /* V: the vertex to which this one must be joined to undo the cutting; itself if none */
     DELMESH_EDGE_FLAGS = 8,     /* E, uint8 or wider: DELMESH_EDGE_* */
     DELMESH_VERT_MAP_VERT = 9,  /* V x 3: three source vertices ... */
-    DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and their weights (sum 1) where the vertex lies; a source vertex: (i,i,i) (1,0,0) */
+    DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and weights (sum 1) where the vertex lies; a source vertex: (i,i,i) (1,0,0) */
     DELMESH_CORNER_TWIN = 11    /* 3F x 1, or F x 3: the corner of the same edge in the neighbouring face, -1 on the boundary */
 };
 
@@ -281,7 +282,8 @@ typedef struct delmesh_remesh_options {
     int32_t compact;       /* 1: leave out vertices that no face uses. Default 0: vertex i stays vertex i */
     int32_t reserved0;
     double feature_angle;  /* degrees between the normals of the faces, 0 is flat; feature mode keeps what is sharper. 30 */
-    double max_normal_turn;/* degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any (default). flip and feature only */
+    /* flip and feature: degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any (default) */
+    double max_normal_turn;
     double shell_unit;     /* radius of a shell, in model units; <= 0 (default): 1/1024 of the bounding box's diagonal */
     double tolerance;      /* preserve: how far the surface may move, in model units; 0: exact planarity only, so that only the
                               rounding of new vertices moves it; < 0 (default): 4 units in the last place of the largest
@@ -304,7 +306,8 @@ typedef struct delmesh_remesh_report {
     int64_t flips_after;
     int64_t splits;     /* vertices added; copies on the other sheets of a cut edge count */
     int64_t unflippable;                /* NLD edges whose opposing edge existed when they were looked at, and of these: */
-    int64_t unflippable_2, unflippable_3, unflippable_4; /* 2-, 3-, 4-exposed (how many of the four faces of the flip's tetrahedron exist) */
+    /* 2-, 3-, 4-exposed (how many of the four faces of the flip's tetrahedron exist) */
+    int64_t unflippable_2, unflippable_3, unflippable_4;
     int64_t guarded;                    /* flips refused by max_normal_turn or because a face would have had zero area */
     int64_t boundary_splits, kept_splits; /* splits of boundary and of kept edges */
     /* Repairs at the output precision. */
@@ -324,7 +327,8 @@ DELMESH_API void delmesh_remesh_report_init(delmesh_remesh_report* report, uint3
 
 /* Makes a Delaunay mesh: no interior edge whose opposite angles sum to more than 180, no boundary edge opposite to more than 90
  * degrees (unless ignored), no face of zero area, decided exactly on the coordinates that are returned, with the topology of
- * the input (unless something smaller than the precision had to be cut: topology_kept). Ties count as Delaunay. Input vertex i is output vertex i, bit for bit at the output precision.
+ * the input (unless something smaller than the precision had to be cut: topology_kept). Ties count as Delaunay. Input vertex i is
+ * output vertex i, bit for bit at the output precision.
  * options: NULL for the defaults; report: may be NULL, is filled also after an error, as far as the call got.
  * Errors: INVALID_ARGUMENT, NO_SURFACE, STRICT, VERTEX_LIMIT, PRECISION, TOO_LARGE, UNSUPPORTED, memory, CANCELLED.
  * O(n log n) in practice. Method: Dyer, Zhang, Moeller 2007 (Algorithms 1 and 2); split points after Liu, Xu, Fan, He 2015. */
@@ -379,7 +383,8 @@ DELMESH_API int32_t delmesh_measure_quality(delmesh_context* context, const delm
 typedef struct delmesh_distance_options {
     uint32_t struct_size;
     int32_t compute_bound;  /* 1 (default): also the guaranteed bound; 0: samples only */
-    int64_t samples;        /* per direction, spread by area, besides vertices and edge midpoints; 0 (default): 4 per triangle, at least 100,000 */
+    /* per direction, spread by area, besides vertices and edge midpoints; 0 (default): 4 per triangle, at least 100,000 */
+    int64_t samples;
     double relative_error;  /* the bound ends at (1 + this) x the sampled value + absolute_error. 0.1 */
     double absolute_error;  /* in percent of the first mesh's diagonal, at least 1e-9. 1e-4 (1e-6 of the diagonal) */
 } delmesh_distance_options;
