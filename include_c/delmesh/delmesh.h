@@ -316,6 +316,7 @@ typedef struct delmesh_remesh_report {
     int64_t moved_within_tolerance;     /* preserve: flips that moved the surface, within the tolerance */
     double surface_bound;               /* preserve: bound on the two-sided distance to the input as rounded to the output
                                            precision, proven up to the rounding of float64 arithmetic; else < 0 */
+    /* seconds_flip: the loop of flips and splits where it made no split; else seconds_split has all of it */
     double seconds_total, seconds_repair, seconds_flip, seconds_split, seconds_certify;
     uint64_t peak_bytes;                /* of the context's allocator, during this call */
     int32_t topology_kept;              /* 1: components, boundary loops and Euler characteristic are the input's; 0: a repair

@@ -30,7 +30,7 @@ bool operator<(const Entry& a, const Entry& b) {
 }
 
 // In units in the last place. Where the precision has no room to split an edge, edges up to kShort may be taken out, vertices
-// closer than kMelt become one, and the surface may move by kNeed in all (the report says by how much it did); clean meshes get
+// closer than kMelt become one, and the surface may move by rules.need in all (the report says by how much it did); clean meshes get
 // by with the tolerance.
 constexpr double kMelt = 4, kShort = 16;
 constexpr int32_t kMostSheets = 1 << 20; // at one cut edge; a margin before 2^31 corners
@@ -39,7 +39,7 @@ constexpr int32_t kMostSheets = 1 << 20; // at one cut edge; a margin before 2^3
 constexpr int32_t kPatience = 40, kPatienceAtVertex = 8;
 
 // So many splits per vertex of the input (clean meshes get by with two) are a sign of needles whose rounded spokes are never
-// quite Delaunay: from there on flips may use all of kNeed, which ends it where splits would go down to the precision.
+// quite Delaunay: from there on flips may use all of rules.need, which ends it where splits would go down to the precision.
 // A small mesh can afford more, and keeps its surface.
 constexpr int64_t kCrowd = 4, kFewSplits = 20000;
 

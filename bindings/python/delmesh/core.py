@@ -184,7 +184,7 @@ class _Handle:
     """Owns a delmesh_mesh; arrays lent by it hold it."""
 
     def __init__(self, library, pointer):
-        self.library, self.pointer = library, pointer
+        self.native, self.pointer = library, pointer
         weakref.finalize(self, _destroy, library, "mesh_destroy", pointer).atexit = False
 
 
@@ -251,7 +251,7 @@ class Mesh:
     def _check(self, status, what):
         if status:
             raise BY_STATUS.get(status, DelmeshError)(f"The array '{what}' could not be read: "
-                                                      f"{self._handle.library.status_name(status).decode()}.")
+                                                      f"{self._handle.native.status_name(status).decode()}.")
 
     def __repr__(self):
         return f"<delmesh.Mesh: {self.info.vertices} vertices, {self.info.faces} faces, {self.positions.dtype}>"
@@ -267,7 +267,7 @@ class Mesh:
     def _borrow(self, name):
         what, columns = self._ARRAYS[name]
         view = _capi.delmesh_view()
-        self._check(self._handle.library.mesh_borrow(self._handle.pointer, what, view), name)
+        self._check(self._handle.native.mesh_borrow(self._handle.pointer, what, view), name)
         return _arrays.borrowed(view, self._handle, columns)
 
     def read(self, name, out):
@@ -277,7 +277,7 @@ class Mesh:
         view = _arrays.view_mut(out, "out")
         if view.components != columns:
             raise InvalidArgument(f"The argument 'out' had {view.components} columns and '{name}' has {columns}.")
-        self._check(self._handle.library.mesh_read(self._handle.pointer, what, view), name)
+        self._check(self._handle.native.mesh_read(self._handle.pointer, what, view), name)
         return out
 
     @property
@@ -332,15 +332,15 @@ class Mesh:
 
     def validate(self, context=None):
         """Checks every invariant of the data structure; raises InternalError where one is broken."""
-        context = context or Context(library=self._handle.library)
-        context._call(self._handle.library.mesh_validate, self._handle.pointer)
+        context = context or Context(library=self._handle.native)
+        context._call(self._handle.native.mesh_validate, self._handle.pointer)
 
 
 def _prepare(context, cancel, *meshes):
     """-> (context, every mesh as a Mesh)."""
     made = [mesh for mesh in meshes if isinstance(mesh, Mesh)]
-    context = context or Context(library=made[0]._handle.library if made else None)
-    if any(mesh._handle.library is not context._library for mesh in made):
+    context = context or Context(library=made[0]._handle.native if made else None)
+    if any(mesh._handle.native is not context._library for mesh in made):
         raise InvalidArgument("The mesh was made by another copy of the library than the context.")
     result = []
     for mesh in meshes:
