@@ -3,6 +3,7 @@
  * cmd_certify.c: `delmesh info` and `delmesh certify`: counts, the exact certificate, and for info angles and repairs.
  */
 #include "commands.h"
+#include "growth.h"
 #include "session.h"
 
 #include <stdio.h>
@@ -113,18 +114,25 @@ static int run(int count, char** arguments, bool full) {
     session_init(&session);
     const char* path = NULL;
     int32_t boundary = DELMESH_BOUNDARY_NONOBTUSE;
-    bool list = false, help;
-    const Option options[] = {option_choice("--boundary", &boundary, kBoundaryChoices, "nonobtuse|ignore",
-                                            "whether angles opposite to boundary edges count"),
-                              option_flag("--list", &list, "list the edges and faces, by the file's indices from 0"),
-                              SESSION_OPTIONS(&session)};
+    bool list = false, no_estimate = false, help;
+    Growth growth;
+    growth_init(&growth);
+    const Option boundary_option = option_choice("--boundary", &boundary, kBoundaryChoices, "nonobtuse|ignore",
+                                                 "whether angles opposite to boundary edges count");
+    const Option list_option = option_flag("--list", &list, "list the edges and faces, by the file's indices from 0");
+    const Option certify_options[] = {boundary_option, list_option, SESSION_OPTIONS(&session)};
+    const Option info_options[] = {boundary_option, list_option, GROWTH_OPTIONS(&growth),
+                                   option_flag("--no-estimate", &no_estimate, "do not foretell how preserve would grow the mesh"),
+                                   SESSION_OPTIONS(&session)};
+    const Option* options = full ? info_options : certify_options;
     const Positional positionals[] = {{"FILE", &path}, {NULL, NULL}};
     Json json = {0};
     bool ok = options_parse(count, arguments, options, positionals, &help, &session.failure);
     if (ok && help) {
         options_print_help(
             full ? "info" : "certify",
-            full ? "Tells what is in a mesh file: counts, angles, what the import had to repair, and whether it is Delaunay."
+            full ? "Tells what is in a mesh file: counts, angles, what the import had to repair, whether it is Delaunay, and\n"
+                   "how many vertices 'remesh' in its mode preserve would return."
                  : "Decides exactly whether a mesh is Delaunay. Exit status: 0 it is, 1 it is not, 2 error.",
             options, positionals);
         return session_end(&session, &json, true, 0);
@@ -136,6 +144,7 @@ static int run(int count, char** arguments, bool full) {
     ok = ok && session_open(&session) && session_load(&session, path, &loaded) &&
          certify(&session, &loaded, boundary, list, &certificate);
     if (ok && full) ok = session_check(&session, delmesh_measure_quality(session.context, loaded.mesh, &quality), path);
+    if (ok && full && !no_estimate) ok = growth_estimate(&session, &loaded, boundary, quality.diagonal, &growth);
 
     if (ok && session.json) {
         json_begin_object(&json, NULL);
@@ -151,6 +160,7 @@ static int run(int count, char** arguments, bool full) {
             json_quality(&json, &quality);
             json_begin_repairs(&json, &loaded);
             json_end_object(&json);
+            if (!no_estimate) json_growth(&json, &growth);
         }
         json_double(&json, "seconds", seconds_now() - session.begin);
         json_end_object(&json);
@@ -158,6 +168,7 @@ static int run(int count, char** arguments, bool full) {
         print_head(&loaded);
         if (full) print_info(&loaded, &quality);
         print_certificate(&certificate, list);
+        if (full && !no_estimate) print_growth(&growth);
     }
     const bool delaunay = certificate.report.delaunay;
     certificate_free(&certificate);

@@ -24,6 +24,7 @@ typedef struct Remesh {
     bool measure, compact;
     int32_t encoding;
     Length shell_unit, tolerance;
+    int64_t effort;
     delmesh_remesh_options options;
     /* results */
     Loaded in;
@@ -56,6 +57,7 @@ static bool run_remesh(Remesh* r) {
     if (!resolve(r, &r->shell_unit, &r->options.shell_unit) || !resolve(r, &r->tolerance, &r->options.tolerance)) return false;
     r->options.strict = s->strict;
     r->options.compact = r->compact;
+    r->options.effort = (int32_t)r->effort;
     double begin = seconds_now();
     int32_t status = delmesh_remesh(s->context, r->in.mesh, &r->options, &r->out, &r->report);
     r->seconds_remesh = seconds_now() - begin;
@@ -92,6 +94,49 @@ static bool run_measure(Remesh* r) {
               session_check(s, delmesh_measure_distance(s->context, r->in.mesh, r->out, NULL, &r->distance), r->out_path);
     r->seconds_measure = seconds_now() - begin;
     return ok;
+}
+
+/* What the split vertices were needed for, and where most of them are. */
+static void json_where(Json* json, const delmesh_remesh_report* p) {
+    json_begin_object(json, "splits_where");
+    json_integer(json, "boundary", p->split_on_boundary);
+    json_integer(json, "kept", p->split_on_kept);
+    json_integer(json, "crowded", p->split_crowded);
+    json_integer(json, "caps", p->split_on_caps);
+    json_integer(json, "small_angles", p->split_at_small_angles);
+    json_integer(json, "flipped", p->split_on_flipped);
+    json_integer(json, "elsewhere", p->split_elsewhere);
+    json_integer(json, "merged", p->split_merged);
+    json_end_object(json);
+    if (p->worst_edge_splits == 0) return;
+    json_begin_array(json, "worst_edge");
+    json_integer(json, NULL, p->worst_edge_from);
+    json_integer(json, NULL, p->worst_edge_to);
+    json_end_array(json);
+    json_integer(json, "worst_edge_splits", p->worst_edge_splits);
+    json_integer(json, "worst_face", p->worst_face);
+    json_integer(json, "worst_face_splits", p->worst_face_splits);
+}
+
+/* Where a mesh grew more than its user may have expected. */
+static void print_where(const delmesh_remesh_report* p) {
+    if (p->vertices_out <= 4 * p->vertices_in) return;
+    const struct {
+        const char* what;
+        int64_t count;
+    } causes[] = {{"on boundary edges", p->split_on_boundary},
+                  {"on kept edges", p->split_on_kept},
+                  {"crowded at the precision", p->split_crowded},
+                  {"on long sides of caps", p->split_on_caps},
+                  {"beside small angles", p->split_at_small_angles},
+                  {"on flipped edges", p->split_on_flipped},
+                  {"elsewhere", p->split_elsewhere}};
+    int most = 0;
+    for (int i = 1; i < (int)(sizeof causes / sizeof causes[0]); ++i)
+        if (causes[i].count > causes[most].count) most = i;
+    printf("  most new vertices: %s (%lld of %lld); on the edge %ld-%ld alone: %lld\n", causes[most].what,
+           (long long)causes[most].count, (long long)p->splits, (long)p->worst_edge_from, (long)p->worst_edge_to,
+           (long long)p->worst_edge_splits);
 }
 
 static void json_report(Remesh* r, Json* json, bool ok) {
@@ -131,6 +176,7 @@ static void json_report(Remesh* r, Json* json, bool ok) {
     json_integer(json, "removed_zero_area_faces", p->removed_zero_area_faces);
     json_integer(json, "moved_within_tolerance", p->moved_within_tolerance);
     json_end_object(json);
+    json_where(json, p);
     if (ok && r->measure) {
         json_deviation(json, &r->distance);
         json_begin_object(json, "quality");
@@ -173,6 +219,7 @@ static void print_report(const Remesh* r) {
     print_change("edges not Delaunay", p->nld_in, p->nld_out);
     printf("  %-26s%16lld before the first split, %lld after\n", "flips", (long long)p->flips, (long long)p->flips_after);
     print_count("splits", p->splits);
+    print_where(p);
     if (p->unflippable > 0) print_count("unflippable edges", p->unflippable);
     print_repairs(&r->in);
     if (p->collapsed_edges > 0) print_count("zero edges collapsed", p->collapsed_edges);
@@ -207,6 +254,7 @@ int command_remesh(int count, char** arguments) {
     delmesh_quality_report_init(&r.after, sizeof r.after);
     delmesh_distance_report_init(&r.distance, sizeof r.distance);
     r.encoding = kEncodingDefault;
+    r.effort = r.options.effort;
     const Option options[] = {
         option_choice("--mode", &r.options.mode, kModes, "preserve|flip|feature",
                       "keep the surface (default), the vertices, or the sharp edges"),
@@ -218,6 +266,8 @@ int command_remesh(int count, char** arguments) {
         option_number("--max-normal-turn", &r.options.max_normal_turn, 0, 180, "DEG",
                       "split where a flip would turn a normal further (any)"),
         option_length("--tolerance", &r.tolerance, "preserve: how far the surface may move (4 last places)"),
+        option_integer("--effort", &r.effort, 0, INT32_MAX, "N",
+                       "preserve: 0: plain rule, 1: look ahead (default), more: rounds of search"),
         option_choice("--precision", &r.options.precision, kPrecisions, "f32|f64", "of the result, and of its certificate (f32)"),
         option_choice("--boundary", &r.options.boundary, kBoundaryChoices, "nonobtuse|ignore",
                       "whether angles opposite to boundary edges count"),

@@ -280,7 +280,8 @@ typedef struct delmesh_remesh_options {
     int32_t precision;     /* of the result: DELMESH_FLOAT32 (default) or DELMESH_FLOAT64 */
     int32_t strict;        /* 1: refuse input whose faces have zero area at the output precision, instead of repairing it */
     int32_t compact;       /* 1: leave out vertices that no face uses. Default 0: vertex i stays vertex i */
-    int32_t reserved0;
+    int32_t effort;        /* preserve: 0: the plain rule; 1 (default): look-ahead, and vertices that turn out needless are taken
+                              out; N > 1: 4^(N-1) rounds of search for ways to need fewer; the same bytes for the same N */
     double feature_angle;  /* degrees between the normals of the faces, 0 is flat; feature mode keeps what is sharper. 30 */
     /* flip and feature: degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any (default) */
     double max_normal_turn;
@@ -321,7 +322,20 @@ typedef struct delmesh_remesh_report {
     uint64_t peak_bytes;                /* of the context's allocator, during this call */
     int32_t topology_kept;              /* 1: components, boundary loops and Euler characteristic are the input's; 0: a repair
                                            of what is smaller than the precision cut or removed something (counted above) */
-    int32_t reserved0;
+    int32_t worst_face;                 /* the source face with the most split vertices on its edges; -1: none (see below) */
+    /* Where the vertices went. Every split counts once, for the first of these that holds: the sum is `splits`. Edges and angles
+     * are the input's. */
+    int64_t split_on_boundary;
+    int64_t split_on_kept;         /* on marked and feature edges */
+    int64_t split_crowded;         /* within 64 units in the last place of a neighbour in the result */
+    int64_t split_on_caps;         /* on an edge opposite to an angle over 150 degrees */
+    int64_t split_at_small_angles; /* on an edge that meets another one of its faces' at less than 15 degrees: needles */
+    int64_t split_on_flipped;      /* on edges that flips made */
+    int64_t split_elsewhere;
+    int64_t split_merged;          /* gone again: merged where the precision had no room (less the copies that cuts made there) */
+    /* The source edge and the source face whose edges got the most; -1 and 0 where there is none. */
+    int32_t worst_edge_from, worst_edge_to;
+    int64_t worst_edge_splits, worst_face_splits;
 } delmesh_remesh_report;
 
 DELMESH_API void delmesh_remesh_report_init(delmesh_remesh_report* report, uint32_t struct_size);
@@ -335,6 +349,34 @@ DELMESH_API void delmesh_remesh_report_init(delmesh_remesh_report* report, uint3
  * O(n log n) in practice. Method: Dyer, Zhang, Moeller 2007 (Algorithms 1 and 2); split points after Liu, Xu, Fan, He 2015. */
 DELMESH_API int32_t delmesh_remesh(delmesh_context* context, const delmesh_mesh* in, const delmesh_remesh_options* options,
                                    delmesh_mesh** out, delmesh_remesh_report* report);
+
+/* ---- Estimate ------------------------------------------------------------------------------------------------------------- */
+
+typedef struct delmesh_preserve_estimate {
+    uint32_t struct_size;
+    int32_t exact;         /* 1: the mesh was small enough to be remeshed, and these are the numbers; 0: a sample of it was */
+    /* DELMESH_OK, or the error that delmesh_remesh is to be expected to end with: PRECISION, VERTEX_LIMIT, TOO_LARGE. Where that
+     * stopped the run, vertices_out is how far it came. */
+    int32_t outcome;
+    int32_t reserved0;
+    int64_t vertices_in, vertices_out;
+    double growth;         /* vertices_out / vertices_in */
+    double deviation;      /* standard deviation of vertices_out, from how the places of the sample differ; 0 if exact */
+    int64_t nld_edges;     /* edges not locally Delaunay, at the output precision */
+    int64_t sampled_edges; /* of them, those whose vertices were counted */
+    int64_t faces_run;     /* faces that were remeshed for it */
+    double seconds;
+    uint64_t peak_bytes;   /* of the context's allocator, during this call */
+} delmesh_preserve_estimate;
+
+DELMESH_API void delmesh_preserve_estimate_init(delmesh_preserve_estimate* estimate, uint32_t struct_size);
+
+/* Foretells how many vertices delmesh_remesh would return in preserve mode, whatever the mode in `options` (NULL: the defaults);
+ * an `effort` over 1 counts as 1. Up to 50,000 faces it runs, without a result; larger meshes in a sample of places, which
+ * takes the time of a look at every edge and of remeshing that sample. What delmesh_remesh would end
+ * with is the `outcome`, not an error. Errors: INVALID_ARGUMENT, NO_SURFACE, memory, CANCELLED. */
+DELMESH_API int32_t delmesh_estimate_preserve(delmesh_context* context, const delmesh_mesh* in,
+                                              const delmesh_remesh_options* options, delmesh_preserve_estimate* out);
 
 /* ---- Certify -------------------------------------------------------------------------------------------------------------- */
 
@@ -447,6 +489,8 @@ typedef struct delmesh_api {
     void (*distance_report_init)(delmesh_distance_report*, uint32_t);
     int32_t (*measure_distance)(delmesh_context*, const delmesh_mesh*, const delmesh_mesh*, const delmesh_distance_options*,
                                 delmesh_distance_report*);
+    void (*preserve_estimate_init)(delmesh_preserve_estimate*, uint32_t);
+    int32_t (*estimate_preserve)(delmesh_context*, const delmesh_mesh*, const delmesh_remesh_options*, delmesh_preserve_estimate*);
 } delmesh_api;
 
 /* The table, static in the library; NULL if the library does not speak this abi_version (pass DELMESH_ABI_VERSION). */

@@ -51,6 +51,7 @@ DELMESH_HPP_STRUCT(MeshDesc, mesh_desc);
 DELMESH_HPP_STRUCT(MeshInfo, mesh_info);
 DELMESH_HPP_STRUCT(RemeshOptions, remesh_options);
 DELMESH_HPP_STRUCT(RemeshReport, remesh_report);
+DELMESH_HPP_STRUCT(PreserveEstimate, preserve_estimate);
 DELMESH_HPP_STRUCT(CertifyOptions, certify_options);
 DELMESH_HPP_STRUCT(CertifyReport, certify_report);
 DELMESH_HPP_STRUCT(QualityReport, quality_report);
@@ -203,6 +204,11 @@ public:
         delmesh_mesh* made = nullptr;
         finish(delmesh_remesh(get(), in.get(), &options, &made, report));
         return Mesh(made);
+    }
+    PreserveEstimate estimate_preserve(const Mesh& in, const RemeshOptions& options = RemeshOptions()) {
+        PreserveEstimate estimate;
+        finish(delmesh_estimate_preserve(get(), in.get(), &options, &estimate));
+        return estimate;
     }
     CertifyReport certify(const Mesh& mesh, const CertifyOptions& options = CertifyOptions()) {
         CertifyReport report;

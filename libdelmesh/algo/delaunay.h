@@ -3,6 +3,7 @@
 #pragma once
 
 #include "algo/flat_patches.h"
+#include "algo/movement.h"
 #include "mesh/surface.h"
 
 namespace dm {
@@ -14,10 +15,13 @@ struct DelaunayRules {
     double shell_unit = 0;
     double min_turn_cosine = -2; // a flip may turn a normal up to the angle with this cosine; -2: any
     double resolution = 0;       // unit in the last place of the largest coordinate, at the output precision
-    double free_movement = 0; // preserve: how far flips outside of patches may move the surface, where a split would do as well
-    double need = 0;          // the same where the precision has no room for a split vertex, or splits crowd
+    MovementLimit
+        free_movement;  // preserve: how far flips outside of patches may move the surface, where a split would do as well
+    double need = 0;    // the same where the precision has no room for a split vertex, or splits crowd
+    int32_t effort = 1; // preserve: 0 is the loop alone; 1 takes needless vertices out; each more is a round of search
     int64_t max_vertices = 0;
     int64_t split_budget = 0; // flip modes: after so many splits of unflippable edges, bent edges are not flipped any more
+    const uint8_t* nld_marks = nullptr; // what scan_faces finds on the surface, if that is known
 };
 
 // patches: null in the flip modes (every edge that is not kept may be flipped).

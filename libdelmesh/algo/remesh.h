@@ -7,7 +7,14 @@
 
 namespace dm {
 
+// What decides about units in the last place and shells. A piece of a model has its model's.
+struct ModelSize {
+    double largest, diagonal; // coordinate in size; of the bounding box
+};
+
 // options are checked and complete; `report` arrives zeroed but for struct_size and is filled as far as the call got.
-Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& options, Mesh& out, delmesh_remesh_report& report);
+// whole: if `in` is a piece of a model, the size of that.
+Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& options, Mesh& out, delmesh_remesh_report& report,
+              const ModelSize* whole = nullptr);
 
 } // namespace dm

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "algo/repair.h"
 
+#include <utility>
+
 #include "geom/predicates.h"
 
 namespace dm {
@@ -8,12 +10,10 @@ namespace {
 
 class Repair {
 public:
-    Repair(Context& context_, Surface& surface, delmesh_remesh_report& report_)
-        : context(context_), s(surface), report(report_), work(context_.memory()) {}
+    Repair(Context& context_, Surface& surface, Array<int32_t>&& zero_area_faces, delmesh_remesh_report& report_)
+        : context(context_), s(surface), report(report_), work(std::move(zero_area_faces)) {}
 
     Status run(bool strict) {
-        for (int32_t f = 0; f < s.faces(); ++f)
-            if (!s.is_dead(f) && without_area(f)) work.push_back(f);
         if (work.empty()) return DELMESH_OK;
         if (work.size() == s.faces())
             return context.fail(DELMESH_ERROR_NO_SURFACE, "No face had any area at the output precision.");
@@ -92,8 +92,9 @@ private:
 
 } // namespace
 
-Status repair_zero_area(Context& context, Surface& surface, bool strict, delmesh_remesh_report& report) {
-    DM_TRY(Repair(context, surface, report).run(strict));
+Status repair_zero_area(Context& context, Surface& surface, Array<int32_t>&& zero_area_faces, bool strict,
+                        delmesh_remesh_report& report) {
+    DM_TRY(Repair(context, surface, std::move(zero_area_faces), report).run(strict));
     if (surface.faces() == surface.dead_faces)
         return context.fail(DELMESH_ERROR_NO_SURFACE, "No face had any area at the output precision.");
     return DELMESH_OK;

@@ -10,6 +10,8 @@ namespace dm {
 // Collapses edges of zero length, flips caps (three points on a line) away, and removes caps on the boundary. Counts go to the
 // report. STRICT when there is something to repair and strict is set; NO_SURFACE when nothing is left.
 // What cannot be repaired here is left for the flips, and reported by the certificate.
-Status repair_zero_area(Context& context, Surface& surface, bool strict, delmesh_remesh_report& report);
+// zero_area_faces: all there are, in ascending order.
+Status repair_zero_area(Context& context, Surface& surface, Array<int32_t>&& zero_area_faces, bool strict,
+                        delmesh_remesh_report& report);
 
 } // namespace dm

@@ -25,8 +25,8 @@ constexpr double kMargin = 1e-4; // of the edge's length, kept from the ends of 
 
 class Planner {
 public:
-    Planner(const Surface& surface, const FlatPatches* flat, bool boundary_rule)
-        : s(surface), patches(flat), rule(boundary_rule) {}
+    Planner(const Surface& surface, const FlatPatches* flat, bool boundary_rule, bool look_ahead)
+        : s(surface), patches(flat), rule(boundary_rule), ahead(look_ahead) {}
 
     void plan(int32_t c, double resolution, SplitPlan& out) {
         origin = s.at(s.vert(c));
@@ -82,8 +82,8 @@ private:
         const int32_t second = watch(prev_corner(k), u, start);
         if (first >= 0) roots[root_count++] = first;
         if (second >= 0) roots[root_count++] = second;
-        if (first >= 0) look_behind(first, next_corner(k), frame, 0);
-        if (second >= 0) look_behind(second, prev_corner(k), frame, 0);
+        if (ahead && first >= 0) look_behind(first, next_corner(k), frame, 0);
+        if (ahead && second >= 0) look_behind(second, prev_corner(k), frame, 0);
         return u;
     }
 
@@ -98,12 +98,13 @@ private:
     bool free_to_flip(int32_t k) const {
         if (s.is_boundary(k) || s.is_kept(k)) return false;
         if (patches == nullptr) return true;
-        return patches->face_patch[face_of(k)] == patches->face_patch[face_of(s.twin(k))];
+        return patches->together(face_of(k), face_of(s.twin(k)));
     }
 
     int32_t watch(int32_t k, const Point2& a, const Point2& b) {
-        const bool fixed = !free_to_flip(k);
         if (watched_count == kMostWatched) return -1;
+        if (!s.owns(s.vert(k)) && !s.owns(s.head(k))) return -1; // what is behind may be another part's
+        const bool fixed = !free_to_flip(k);
         if (!fixed && patches == nullptr) return -1; // flip mode: it will be flipped at no cost
         if (s.is_boundary(k) && !rule) return -1;
         double cotangent = 0;
@@ -155,7 +156,7 @@ private:
         return n;
     }
     int cost(double t) const {
-        int n = (t > high ? 1 : 0) + (t < low ? 1 : 0);
+        int n = ((t > high ? 1 : 0) + (t < low ? 1 : 0)) * (ahead ? 1 : kMostWatched);
         for (int i = 0; i < root_count; ++i) n += violations(roots[i], t);
         return n;
     }
@@ -181,7 +182,7 @@ private:
         std::sort(cuts, cuts + n);
         struct Candidate {
             int cost;
-            double t, off_middle;
+            double t, off_middle, from, to;
         } candidates[2 * kMostWatched + 4];
         int found = 0;
         for (int i = 0; i + 1 < n; ++i) {
@@ -190,7 +191,7 @@ private:
             const double keep = std::min(margin, 0.25 * width);
             const double from = cuts[i] + keep, to = cuts[i + 1] - keep;
             const double t = std::min(std::max(0.5, from), to);
-            candidates[found++] = {cost(t), t, std::fabs(t - 0.5)};
+            candidates[found++] = {cost(t), t, std::fabs(t - 0.5), from, to};
         }
         std::sort(candidates, candidates + found, [](const Candidate& a, const Candidate& b) {
             if (a.cost != b.cost) return a.cost < b.cost;
@@ -198,12 +199,18 @@ private:
             return a.t < b.t;
         });
         out.count = std::min(found, SplitPlan::kMost);
-        for (int i = 0; i < out.count; ++i) out.t[i] = candidates[i].t;
+        for (int i = 0; i < out.count; ++i) {
+            out.t[i] = candidates[i].t;
+            out.from[i] = candidates[i].from;
+            out.to[i] = candidates[i].to;
+        }
+        out.equals = 0;
+        while (out.equals < out.count && candidates[out.equals].cost == candidates[0].cost) ++out.equals;
     }
 
     const Surface& s;
     const FlatPatches* patches;
-    const bool rule;
+    const bool rule, ahead;
     Vec3 origin{}, along{};
     double length2 = 0;
     double low = 0, high = 1; // both pieces are Delaunay between these
@@ -214,9 +221,9 @@ private:
 
 } // namespace
 
-void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, double resolution, int32_t c,
-                SplitPlan& plan) {
-    Planner(surface, patches, boundary_rule).plan(c, resolution, plan);
+void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, bool look_ahead, double resolution,
+                int32_t c, SplitPlan& plan) {
+    Planner(surface, patches, boundary_rule, look_ahead).plan(c, resolution, plan);
 }
 
 double shell_fraction(double length, double unit) {

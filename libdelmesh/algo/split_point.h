@@ -18,12 +18,16 @@ struct SplitPlan {
     static constexpr int kMost = 12;
     double t[kMost]; // along the edge, best first, 0 and 1 excluded
     int count = 0;
+    double from[kMost], to[kMost]; // the same edges are violated everywhere in here
+    int equals = 0;                // so many of the first differ only in their distance from the middle
 };
 
 // patches: where flips are free (preserve), or null where every edge that is not kept can be flipped.
+// look_ahead: choose by all pieces that the new vertex would leave violated; otherwise the plain rule: both pieces of the edge must
+// be Delaunay, and of the edges of its two faces as many as possible.
 // resolution: distance between neighbouring coordinates of the output precision near the model's size.
-void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, double resolution, int32_t c,
-                SplitPlan& plan);
+void plan_split(const Surface& surface, const FlatPatches* patches, bool boundary_rule, bool look_ahead, double resolution,
+                int32_t c, SplitPlan& plan);
 
 // The paper's concentric shells: the distance from `origin`, an end of an edge of this length, that is a power of two times unit
 // and nearest to half the length (the smaller at a tie). As a fraction of the length, always within [1/3, 2/3].

@@ -12,7 +12,7 @@ namespace {
 // ---- What the arrays look like ----------------------------------------------------------------------------------------------
 
 struct Shape {
-    int64_t count;        // elements
+    int64_t count; // elements
     int32_t components;
     int32_t type;         // as it is lent
     uint32_t types;       // as it can be read; 0: there is no such array
@@ -27,18 +27,28 @@ Shape shape_of(const Mesh& mesh, int32_t what) {
     case DELMESH_POSITION:
         if (mesh.precision == Precision::f32) return {verts, 3, DELMESH_FLOAT32, kFloatTypes, mesh.pos32.data()};
         return {verts, 3, DELMESH_FLOAT64, kFloatTypes, mesh.pos64.data()};
-    case DELMESH_CORNER_VERT: return {corners, 1, kInt, kIndexTypes, mesh.corner_vert.data(), true};
-    case DELMESH_EDGE_VERT: return {edges, 2, kInt, kIndexTypes, nullptr};
-    case DELMESH_CORNER_EDGE: return {corners, 1, kInt, kIndexTypes, nullptr, true};
-    case DELMESH_FACE_SOURCE: return {faces, 1, kInt, kIndexTypes, mesh.face_source.data()};
-    case DELMESH_VERT_SOURCE: return {verts, 1, kInt, kIndexTypes, mesh.vert_source.data()};
-    case DELMESH_VERT_JOIN: return {verts, 1, kInt, kIndexTypes, mesh.vert_join.data()};
-    case DELMESH_EDGE_FLAGS: return {edges, 1, DELMESH_UINT8, kIndexTypes | type_bit(DELMESH_UINT8), nullptr};
-    case DELMESH_VERT_MAP_VERT: return {verts, 3, kInt, kIndexTypes, nullptr};
-    case DELMESH_VERT_MAP_WEIGHT: return {verts, 3, DELMESH_FLOAT64, kFloatTypes, nullptr};
+    case DELMESH_CORNER_VERT:
+        return {corners, 1, kInt, kIndexTypes, mesh.corner_vert.data(), true};
+    case DELMESH_EDGE_VERT:
+        return {edges, 2, kInt, kIndexTypes, nullptr};
+    case DELMESH_CORNER_EDGE:
+        return {corners, 1, kInt, kIndexTypes, nullptr, true};
+    case DELMESH_FACE_SOURCE:
+        return {faces, 1, kInt, kIndexTypes, mesh.face_source.data()};
+    case DELMESH_VERT_SOURCE:
+        return {verts, 1, kInt, kIndexTypes, mesh.vert_source.data()};
+    case DELMESH_VERT_JOIN:
+        return {verts, 1, kInt, kIndexTypes, mesh.vert_join.data()};
+    case DELMESH_EDGE_FLAGS:
+        return {edges, 1, DELMESH_UINT8, kIndexTypes | type_bit(DELMESH_UINT8), nullptr};
+    case DELMESH_VERT_MAP_VERT:
+        return {verts, 3, kInt, kIndexTypes, nullptr};
+    case DELMESH_VERT_MAP_WEIGHT:
+        return {verts, 3, DELMESH_FLOAT64, kFloatTypes, nullptr};
     case DELMESH_CORNER_TWIN: // with cuts, the mesh's own has more than -1 on the boundary
         return {corners, 1, kInt, kIndexTypes, mesh.cut_slots.empty() ? mesh.corner_twin.data() : nullptr, true};
-    default: return {0, 0, 0, 0, nullptr};
+    default:
+        return {0, 0, 0, 0, nullptr};
     }
 }
 
@@ -55,7 +65,9 @@ int32_t edge_flags(const Mesh& mesh, int32_t c) {
            (is_cut(twin) ? DELMESH_EDGE_CUT : 0);
 }
 
-int32_t source_of(const Array<int32_t>& sources, int32_t i) { return sources.empty() ? i : sources[i]; }
+int32_t source_of(const Array<int32_t>& sources, int32_t i) {
+    return sources.empty() ? i : sources[i];
+}
 
 VertexMap vertex_map(const Mesh& mesh, int32_t v) {
     if (!mesh.split_map.empty() && v >= mesh.first_split) return mesh.split_map[v - mesh.first_split];
@@ -91,10 +103,14 @@ private:
 template <class Pass>
 void with_index_type(int32_t type, Pass&& pass) {
     switch (type) {
-    case DELMESH_UINT8: return pass(uint8_t());
-    case DELMESH_UINT32: return pass(uint32_t());
-    case DELMESH_INT64: return pass(int64_t());
-    default: return pass(int32_t());
+    case DELMESH_UINT8:
+        return pass(uint8_t());
+    case DELMESH_UINT32:
+        return pass(uint32_t());
+    case DELMESH_INT64:
+        return pass(int64_t());
+    default:
+        return pass(int32_t());
     }
 }
 
@@ -138,8 +154,7 @@ void write_integers(const Mesh& mesh, int32_t what, const Strided<T>& out) {
         }
         break;
     case DELMESH_CORNER_TWIN:
-        for (int32_t c = 0; c < corners; ++c)
-            out.corner(c) = static_cast<T>(mesh.corner_twin[c] < 0 ? -1 : mesh.corner_twin[c]);
+        for (int32_t c = 0; c < corners; ++c) out.corner(c) = static_cast<T>(mesh.corner_twin[c] < 0 ? -1 : mesh.corner_twin[c]);
         break;
     }
 }
@@ -157,22 +172,30 @@ template <class From, class To>
 void write_positions(const Array<From>& positions, const Strided<To>& out) {
     for (int64_t v = 0; v < positions.size() / 3; ++v) {
         const From* p = positions.data() + 3 * v;
-        if constexpr (std::is_same_v<From, To>) std::memcpy(out.element(v), p, 3 * sizeof(To));
-        else for (int k = 0; k < 3; ++k) out.element(v)[k] = static_cast<To>(p[k]);
+        if constexpr (std::is_same_v<From, To>)
+            std::memcpy(out.element(v), p, 3 * sizeof(To));
+        else
+            for (int k = 0; k < 3; ++k) out.element(v)[k] = static_cast<To>(p[k]);
     }
 }
 
 template <class T>
 void write_floats(const Mesh& mesh, int32_t what, const Strided<T>& out) {
-    if (what == DELMESH_VERT_MAP_WEIGHT) write_weights(mesh, out);
-    else if (mesh.precision == Precision::f32) write_positions(mesh.pos32, out);
-    else write_positions(mesh.pos64, out);
+    if (what == DELMESH_VERT_MAP_WEIGHT)
+        write_weights(mesh, out);
+    else if (mesh.precision == Precision::f32)
+        write_positions(mesh.pos32, out);
+    else
+        write_positions(mesh.pos64, out);
 }
 
 void write_array(const Mesh& mesh, int32_t what, const delmesh_view_mut& dst) {
-    if (dst.type == DELMESH_FLOAT32) write_floats(mesh, what, Strided<float>(dst));
-    else if (dst.type == DELMESH_FLOAT64) write_floats(mesh, what, Strided<double>(dst));
-    else with_index_type(dst.type, [&](auto t) { write_integers(mesh, what, Strided<decltype(t)>(dst)); });
+    if (dst.type == DELMESH_FLOAT32)
+        write_floats(mesh, what, Strided<float>(dst));
+    else if (dst.type == DELMESH_FLOAT64)
+        write_floats(mesh, what, Strided<double>(dst));
+    else
+        with_index_type(dst.type, [&](auto t) { write_integers(mesh, what, Strided<decltype(t)>(dst)); });
 }
 
 } // namespace
@@ -212,7 +235,11 @@ Status read_array(const delmesh_mesh& mesh, int32_t what, const delmesh_view_mut
     if (view_problem(as_view(dst), shape.types, triples ? 3 : shape.components) != nullptr) return DELMESH_ERROR_INVALID_ARGUMENT;
     if (dst.count != (triples ? shape.count / 3 : shape.count)) return DELMESH_ERROR_INVALID_ARGUMENT;
     if (dst.type == DELMESH_UINT32 && has_negative(mesh.mesh, what)) return DELMESH_ERROR_TOO_LARGE;
-    write_array(mesh.mesh, what, dst);
+    const int64_t element = type_size(dst.type) * dst.components;
+    if (shape.stored != nullptr && dst.count != 0 && dst.type == shape.type && stride_of(as_view(dst)) == element)
+        std::memcpy(dst.data, shape.stored, static_cast<size_t>(dst.count * element));
+    else
+        write_array(mesh.mesh, what, dst);
     return DELMESH_OK;
 }
 

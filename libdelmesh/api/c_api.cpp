@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions of delmesh.h, in its order. No logic here: guard, check, convert, call.
+#include "algo/estimate.h"
 #include "algo/measure.h"
 #include "algo/remesh.h"
 #include "api/arrays.h"
@@ -17,7 +18,9 @@ extern "C" {
 
 // ---- Context ----------------------------------------------------------------------------------------------------------------
 
-void delmesh_context_options_init(delmesh_context_options* options, uint32_t struct_size) { init_struct(options, struct_size); }
+void delmesh_context_options_init(delmesh_context_options* options, uint32_t struct_size) {
+    init_struct(options, struct_size);
+}
 
 int32_t delmesh_context_create(const delmesh_context_options* options, delmesh_context** out) {
     if (out == nullptr) return DELMESH_ERROR_INVALID_ARGUMENT;
@@ -27,17 +30,25 @@ int32_t delmesh_context_create(const delmesh_context_options* options, delmesh_c
     return create_context(checked, *out);
 }
 
-void delmesh_context_destroy(delmesh_context* context) { destroy_context(context); }
+void delmesh_context_destroy(delmesh_context* context) {
+    destroy_context(context);
+}
 
 void delmesh_cancel(delmesh_context* context) {
     if (context != nullptr) context->request_cancel();
 }
 
-const char* delmesh_last_error(const delmesh_context* context) { return context != nullptr ? context->error_text() : ""; }
+const char* delmesh_last_error(const delmesh_context* context) {
+    return context != nullptr ? context->error_text() : "";
+}
 
-const char* delmesh_status_name(int32_t status) { return status_name(status); }
+const char* delmesh_status_name(int32_t status) {
+    return status_name(status);
+}
 
-uint32_t delmesh_version(void) { return DELMESH_VERSION_MAJOR << 16 | DELMESH_VERSION_MINOR << 8 | DELMESH_VERSION_PATCH; }
+uint32_t delmesh_version(void) {
+    return DELMESH_VERSION_MAJOR << 16 | DELMESH_VERSION_MINOR << 8 | DELMESH_VERSION_PATCH;
+}
 
 void delmesh_context_memory(const delmesh_context* context, uint64_t* current, uint64_t* peak, uint64_t* allocations) {
     if (current != nullptr) *current = context != nullptr ? context->memory().current() : 0;
@@ -47,8 +58,12 @@ void delmesh_context_memory(const delmesh_context* context, uint64_t* current, u
 
 // ---- Mesh -------------------------------------------------------------------------------------------------------------------
 
-void delmesh_mesh_desc_init(delmesh_mesh_desc* desc, uint32_t struct_size) { init_struct(desc, struct_size); }
-void delmesh_mesh_info_init(delmesh_mesh_info* info, uint32_t struct_size) { init_struct(info, struct_size); }
+void delmesh_mesh_desc_init(delmesh_mesh_desc* desc, uint32_t struct_size) {
+    init_struct(desc, struct_size);
+}
+void delmesh_mesh_info_init(delmesh_mesh_info* info, uint32_t struct_size) {
+    init_struct(info, struct_size);
+}
 
 int32_t delmesh_mesh_create(delmesh_context* context, const delmesh_mesh_desc* desc, delmesh_mesh** out) {
     return guarded(context, out, [&](Context& c, Mesh& made) {
@@ -84,8 +99,12 @@ int32_t delmesh_mesh_validate(delmesh_context* context, const delmesh_mesh* mesh
 
 // ---- Remesh -----------------------------------------------------------------------------------------------------------------
 
-void delmesh_remesh_options_init(delmesh_remesh_options* options, uint32_t struct_size) { init_struct(options, struct_size); }
-void delmesh_remesh_report_init(delmesh_remesh_report* report, uint32_t struct_size) { init_struct(report, struct_size); }
+void delmesh_remesh_options_init(delmesh_remesh_options* options, uint32_t struct_size) {
+    init_struct(options, struct_size);
+}
+void delmesh_remesh_report_init(delmesh_remesh_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
 
 int32_t delmesh_remesh(delmesh_context* context, const delmesh_mesh* in, const delmesh_remesh_options* options,
                        delmesh_mesh** out, delmesh_remesh_report* report) {
@@ -100,10 +119,34 @@ int32_t delmesh_remesh(delmesh_context* context, const delmesh_mesh* in, const d
     });
 }
 
+// ---- Estimate ---------------------------------------------------------------------------------------------------------------
+
+void delmesh_preserve_estimate_init(delmesh_preserve_estimate* estimate, uint32_t struct_size) {
+    init_struct(estimate, struct_size);
+}
+
+int32_t delmesh_estimate_preserve(delmesh_context* context, const delmesh_mesh* in, const delmesh_remesh_options* options,
+                                  delmesh_preserve_estimate* out) {
+    Report result(out);
+    return guarded(context, [&](Context& c) {
+        delmesh_remesh_options checked;
+        const Meter meter(c.memory(), result.value.seconds, result.value.peak_bytes);
+        DM_TRY(require(c, "in", in));
+        DM_TRY(require(c, "out", out));
+        DM_TRY(result.check(c));
+        DM_TRY(read_options(c, options, checked));
+        return estimate_preserve(c, in->mesh, checked, EstimateSample(), result.value);
+    });
+}
+
 // ---- Certify ----------------------------------------------------------------------------------------------------------------
 
-void delmesh_certify_options_init(delmesh_certify_options* options, uint32_t struct_size) { init_struct(options, struct_size); }
-void delmesh_certify_report_init(delmesh_certify_report* report, uint32_t struct_size) { init_struct(report, struct_size); }
+void delmesh_certify_options_init(delmesh_certify_options* options, uint32_t struct_size) {
+    init_struct(options, struct_size);
+}
+void delmesh_certify_report_init(delmesh_certify_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
 
 int32_t delmesh_certify(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_certify_options* options,
                         delmesh_certify_report* report) {
@@ -122,9 +165,15 @@ int32_t delmesh_certify(delmesh_context* context, const delmesh_mesh* mesh, cons
 
 // ---- Measure ----------------------------------------------------------------------------------------------------------------
 
-void delmesh_quality_report_init(delmesh_quality_report* report, uint32_t struct_size) { init_struct(report, struct_size); }
-void delmesh_distance_options_init(delmesh_distance_options* options, uint32_t struct_size) { init_struct(options, struct_size); }
-void delmesh_distance_report_init(delmesh_distance_report* report, uint32_t struct_size) { init_struct(report, struct_size); }
+void delmesh_quality_report_init(delmesh_quality_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
+void delmesh_distance_options_init(delmesh_distance_options* options, uint32_t struct_size) {
+    init_struct(options, struct_size);
+}
+void delmesh_distance_report_init(delmesh_distance_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
 
 int32_t delmesh_measure_quality(delmesh_context* context, const delmesh_mesh* mesh, delmesh_quality_report* report) {
     Report result(report);
@@ -154,20 +203,43 @@ int32_t delmesh_measure_distance(delmesh_context* context, const delmesh_mesh* a
 
 const delmesh_api* delmesh_get_api(uint32_t abi_version) {
     static constexpr delmesh_api kApi = {
-        sizeof(delmesh_api), DELMESH_ABI_VERSION,
-        delmesh_version, delmesh_status_name,
-        delmesh_context_options_init, delmesh_context_create, delmesh_context_destroy, delmesh_cancel, delmesh_last_error,
+        sizeof(delmesh_api),
+        DELMESH_ABI_VERSION,
+        delmesh_version,
+        delmesh_status_name,
+        delmesh_context_options_init,
+        delmesh_context_create,
+        delmesh_context_destroy,
+        delmesh_cancel,
+        delmesh_last_error,
         delmesh_context_memory,
-        delmesh_mesh_desc_init, delmesh_mesh_create, delmesh_mesh_destroy, delmesh_mesh_info_init, delmesh_mesh_get_info,
-        delmesh_mesh_read, delmesh_mesh_borrow, delmesh_mesh_validate,
-        delmesh_remesh_options_init, delmesh_remesh_report_init, delmesh_remesh,
-        delmesh_certify_options_init, delmesh_certify_report_init, delmesh_certify,
-        delmesh_quality_report_init, delmesh_measure_quality,
-        delmesh_distance_options_init, delmesh_distance_report_init, delmesh_measure_distance,
+        delmesh_mesh_desc_init,
+        delmesh_mesh_create,
+        delmesh_mesh_destroy,
+        delmesh_mesh_info_init,
+        delmesh_mesh_get_info,
+        delmesh_mesh_read,
+        delmesh_mesh_borrow,
+        delmesh_mesh_validate,
+        delmesh_remesh_options_init,
+        delmesh_remesh_report_init,
+        delmesh_remesh,
+        delmesh_certify_options_init,
+        delmesh_certify_report_init,
+        delmesh_certify,
+        delmesh_quality_report_init,
+        delmesh_measure_quality,
+        delmesh_distance_options_init,
+        delmesh_distance_report_init,
+        delmesh_measure_distance,
+        delmesh_preserve_estimate_init,
+        delmesh_estimate_preserve,
     };
     return abi_version == DELMESH_ABI_VERSION ? &kApi : nullptr;
 }
 
-uint32_t delmesh_struct_size(const char* name) { return struct_size(name); }
+uint32_t delmesh_struct_size(const char* name) {
+    return struct_size(name);
+}
 
 } // extern "C"

@@ -9,8 +9,9 @@ namespace dm {
 
 const char* status_name(int32_t status) {
     switch (status) {
-#define DM_STATUS(name) \
-    case name: return #name
+#define DM_STATUS(name)                                                                                                          \
+    case name:                                                                                                                   \
+        return #name
         DM_STATUS(DELMESH_OK);
         DM_STATUS(DELMESH_ERROR_INVALID_ARGUMENT);
         DM_STATUS(DELMESH_ERROR_OUT_OF_MEMORY);
@@ -28,13 +29,14 @@ const char* status_name(int32_t status) {
         DM_STATUS(DELMESH_ERROR_BUSY);
         DM_STATUS(DELMESH_ERROR_INTERNAL);
 #undef DM_STATUS
-    default: return "DELMESH_ERROR_UNKNOWN";
+    default:
+        return "DELMESH_ERROR_UNKNOWN";
     }
 }
 
 uint32_t struct_size(const char* name) {
     if (name == nullptr) return 0;
-#define DM_STRUCT(type) \
+#define DM_STRUCT(type)                                                                                                          \
     if (std::strcmp(name, #type) == 0) return sizeof(type)
     DM_STRUCT(delmesh_view);
     DM_STRUCT(delmesh_view_mut);
@@ -48,6 +50,7 @@ uint32_t struct_size(const char* name) {
     DM_STRUCT(delmesh_quality_report);
     DM_STRUCT(delmesh_distance_options);
     DM_STRUCT(delmesh_distance_report);
+    DM_STRUCT(delmesh_preserve_estimate);
     DM_STRUCT(delmesh_api);
 #undef DM_STRUCT
     return 0;

@@ -19,22 +19,39 @@ T sized() {
 } // namespace
 
 template <>
-delmesh_context_options defaults() { return sized<delmesh_context_options>(); }
+delmesh_context_options defaults() {
+    return sized<delmesh_context_options>();
+}
 template <>
-delmesh_mesh_desc defaults() { return sized<delmesh_mesh_desc>(); }
+delmesh_mesh_desc defaults() {
+    return sized<delmesh_mesh_desc>();
+}
 template <>
-delmesh_mesh_info defaults() { return sized<delmesh_mesh_info>(); }
+delmesh_mesh_info defaults() {
+    return sized<delmesh_mesh_info>();
+}
 template <>
-delmesh_certify_options defaults() { return sized<delmesh_certify_options>(); }
+delmesh_certify_options defaults() {
+    return sized<delmesh_certify_options>();
+}
 template <>
-delmesh_certify_report defaults() { return sized<delmesh_certify_report>(); }
+delmesh_certify_report defaults() {
+    return sized<delmesh_certify_report>();
+}
 template <>
-delmesh_quality_report defaults() { return sized<delmesh_quality_report>(); }
+delmesh_preserve_estimate defaults() {
+    return sized<delmesh_preserve_estimate>();
+}
+template <>
+delmesh_quality_report defaults() {
+    return sized<delmesh_quality_report>();
+}
 
 template <>
 delmesh_remesh_options defaults() {
     auto options = sized<delmesh_remesh_options>();
     options.precision = DELMESH_FLOAT32;
+    options.effort = 1;
     options.feature_angle = 30;
     options.max_normal_turn = -1;
     options.tolerance = -1;
@@ -45,6 +62,7 @@ template <>
 delmesh_remesh_report defaults() {
     auto report = sized<delmesh_remesh_report>();
     report.surface_bound = -1;
+    report.worst_edge_from = report.worst_edge_to = report.worst_face = -1;
     return report;
 }
 
@@ -136,7 +154,7 @@ Status read_options(Context& context, const delmesh_remesh_options* given, delme
     DM_TRY(check_integer(context, "precision", out.precision, DELMESH_FLOAT32, DELMESH_FLOAT64));
     DM_TRY(check_integer(context, "strict", out.strict, 0, 1));
     DM_TRY(check_integer(context, "compact", out.compact, 0, 1));
-    DM_TRY(check_integer(context, "reserved0", out.reserved0, 0, 0));
+    DM_TRY(check_integer(context, "effort", out.effort, 0, INT32_MAX));
     DM_TRY(check_number(context, "feature_angle", out.feature_angle, 0, 180));
     DM_TRY(check_number(context, "max_normal_turn", out.max_normal_turn, -kInfinity, 180));
     DM_TRY(check_number(context, "shell_unit", out.shell_unit, -kInfinity, kInfinity));

@@ -22,7 +22,7 @@ public:
     Array(Memory& memory, int64_t size, T value) : memory_(&memory) { assign(size, value); }
     Array(Array&& o) noexcept
         : memory_(o.memory_), data_(std::exchange(o.data_, nullptr)), size_(std::exchange(o.size_, 0)),
-          capacity_(std::exchange(o.capacity_, 0)) {}
+          capacity_(std::exchange(o.capacity_, 0)), owns_(o.owns_) {}
     Array& operator=(Array&& o) noexcept {
         if (this != &o) {
             free_storage();
@@ -30,8 +30,17 @@ public:
             data_ = std::exchange(o.data_, nullptr);
             size_ = std::exchange(o.size_, 0);
             capacity_ = std::exchange(o.capacity_, 0);
+            owns_ = o.owns_;
         }
         return *this;
+    }
+    // The same elements under another name, for as long as `o` neither grows nor goes away: may not grow itself.
+    static Array alias(Array& o) {
+        Array a(*o.memory_);
+        a.data_ = o.data_;
+        a.size_ = a.capacity_ = o.size_;
+        a.owns_ = false;
+        return a;
     }
     Array(const Array&) = delete;
     Array& operator=(const Array&) = delete;
@@ -41,6 +50,7 @@ public:
     const T* data() const { return data_; }
     int64_t size() const { return size_; }
     bool empty() const { return size_ == 0; }
+    int64_t room() const { return capacity_ - size_; } // so many push_back do not allocate
     T& operator[](int64_t i) {
         DM_ASSERT(i >= 0 && i < size_);
         return data_[i];
@@ -58,12 +68,13 @@ public:
 
     void clear() { size_ = 0; }
     void free_storage() {
-        if (data_ != nullptr) memory_->deallocate(data_, static_cast<size_t>(capacity_) * sizeof(T));
+        if (data_ != nullptr && owns_) memory_->deallocate(data_, static_cast<size_t>(capacity_) * sizeof(T));
         data_ = nullptr;
         size_ = capacity_ = 0;
     }
     void reserve(int64_t capacity) {
         if (capacity <= capacity_) return;
+        DM_ASSERT(owns_);
         T* grown = static_cast<T*>(memory_->allocate(static_cast<size_t>(capacity) * sizeof(T)));
         if (size_ != 0) std::memcpy(static_cast<void*>(grown), data_, static_cast<size_t>(size_) * sizeof(T));
         if (data_ != nullptr) memory_->deallocate(data_, static_cast<size_t>(capacity_) * sizeof(T));
@@ -107,6 +118,7 @@ private:
     Memory* memory_;
     T* data_ = nullptr;
     int64_t size_ = 0, capacity_ = 0;
+    bool owns_ = true;
 };
 
 } // namespace dm

@@ -42,8 +42,8 @@ Status Context::cancelled() {
 
 Status Context::stage(const char* name, double from, double to) {
     stage_name_ = name;
-    stage_from_ = from;
-    stage_to_ = to;
+    stage_from_ = part_from_ + (part_to_ - part_from_) * from;
+    stage_to_ = part_from_ + (part_to_ - part_from_) * to;
     next_report_ = {}; // a new stage is always told
     return progress(0);
 }

@@ -39,6 +39,21 @@ public:
     // hand that on at once.
     Status stage(const char* name, double from, double to);
     Status progress(double fraction);
+    // While it lives, the stages of what is called are a part of the caller's own call.
+    class Part {
+    public:
+        Part(Context& context, double from, double to) : context_(context), from_(context.part_from_), to_(context.part_to_) {
+            context.part_from_ = from_ + (to_ - from_) * from;
+            context.part_to_ = from_ + (to_ - from_) * to;
+        }
+        ~Part() { context_.part_from_ = from_, context_.part_to_ = to_; }
+        Part(const Part&) = delete;
+        Part& operator=(const Part&) = delete;
+
+    private:
+        Context& context_;
+        double from_, to_;
+    };
     void request_cancel() { cancel_.store(true, std::memory_order_relaxed); }
     bool cancel_requested() const { return cancel_.load(std::memory_order_relaxed); }
 
@@ -84,7 +99,7 @@ private:
     std::atomic<bool> cancel_{false};
     std::atomic<bool> busy_{false};
     const char* stage_name_ = "";
-    double stage_from_ = 0, stage_to_ = 1, last_fraction_ = 0, reported_ = 0;
+    double part_from_ = 0, part_to_ = 1, stage_from_ = 0, stage_to_ = 1, last_fraction_ = 0, reported_ = 0;
     std::chrono::steady_clock::time_point next_report_{};
     char error_[512] = {0};
 };

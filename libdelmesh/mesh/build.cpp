@@ -17,6 +17,8 @@ namespace {
 
 using LL = long long; // for %lld
 
+constexpr int64_t kGrain = 1 << 15; // vertices or faces per block
+
 // Spreads the bits of `key` over all 64: for tables whose size is a power of two.
 inline uint64_t scramble(uint64_t key) {
     key ^= key >> 32;
@@ -137,7 +139,9 @@ private:
         mesh_.precision = precision;
         positions.resize_uninitialized(3 * view.count);
         T* const target = positions.data();
-        DM_TRY(in_pieces(context_, view.count, 0.02, 0.1, [&](int64_t begin, int64_t end) {
+        Array<uint8_t> finite_blocks(context_.memory(), (view.count + kGrain - 1) / kGrain, 1);
+        DM_TRY(context_.progress(0.02));
+        DM_TRY(context_.parallel(view.count, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
             if (stride == kSize) {
                 std::memcpy(target + 3 * begin, source + begin * kSize, static_cast<size_t>((end - begin) * kSize));
             } else {
@@ -145,9 +149,9 @@ private:
             }
             bool finite = true;
             for (int64_t i = 3 * begin; i < 3 * end; ++i) finite &= std::abs(target[i]) <= std::numeric_limits<T>::max();
-            all_finite_ &= finite;
-            return DELMESH_OK;
+            finite_blocks[block] = finite;
         }));
+        for (const uint8_t finite : finite_blocks) all_finite_ &= finite != 0;
         return input_.weld ? weld(positions) : DELMESH_OK;
     }
 
@@ -209,24 +213,42 @@ private:
 
     Status read_triangles() {
         const int64_t faces = mesh_.counts.polygons;
-        int64_t degenerate = 0;
+        struct Block {
+            int64_t degenerate;
+            bool in_range;
+        };
+        Array<Block> blocks(context_.memory(), (faces + kGrain - 1) / kGrain, Block{0, true});
         mesh_.corner_vert.resize_uninitialized(3 * faces);
         int32_t* const vert = mesh_.corner_vert.data();
-        DM_TRY(with_numbers(input_.corner_verts, [&](auto number) {
-            return in_pieces(context_, faces, 0.2, 0.35, [&](int64_t begin, int64_t end) -> Status {
+        const uint64_t vertices = static_cast<uint64_t>(mesh_.vertices());
+        DM_TRY(context_.progress(0.2));
+        Status status = with_numbers(input_.corner_verts, [&](auto number) -> Status {
+            DM_TRY(context_.parallel(faces, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+                bool in_range = true;
                 for (int64_t c = 3 * begin; c < 3 * end; ++c) {
                     const int64_t v = number(c);
-                    if (!is_vertex(v)) return out_of_range(c, v);
+                    in_range &= static_cast<uint64_t>(v) < vertices;
                     vert[c] = static_cast<int32_t>(v);
                 }
+                blocks[block].in_range = in_range;
+                if (!in_range) return;
                 if (!weld_to_.empty())
                     for (int64_t c = 3 * begin; c < 3 * end; ++c) vert[c] = weld_to_[vert[c]];
-                for (int64_t f = begin; f < end; ++f) degenerate += is_degenerate(f);
-                return DELMESH_OK;
-            });
-        }));
+                int64_t count = 0;
+                for (int64_t f = begin; f < end; ++f) count += is_degenerate(f);
+                blocks[block].degenerate = count;
+            }));
+            for (int64_t block = 0; block < blocks.size(); ++block) {
+                if (blocks[block].in_range) continue;
+                for (int64_t c = 3 * block * kGrain;; ++c)
+                    if (!is_vertex(number(c))) return out_of_range(c, number(c));
+            }
+            return DELMESH_OK;
+        });
+        DM_TRY(status);
+        int64_t degenerate = 0;
+        for (const Block& block : blocks) degenerate += block.degenerate;
         if (degenerate == 0 && all_finite_) return DELMESH_OK;
-        Status status = DELMESH_OK;
         leave_out_faces(mesh_, [&](int64_t f) {
             const int32_t* const v = vert + 3 * f;
             const bool finite = is_finite_vertex(v[0]) && is_finite_vertex(v[1]) && is_finite_vertex(v[2]);

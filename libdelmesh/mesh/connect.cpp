@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "mesh/link_fans.h"
 #include "mesh/views.h"
 
 namespace dm {
@@ -93,41 +94,6 @@ private:
     Array<int32_t> ends_; // per vertex: one past its last half-edge
     Array<HalfEdge> half_edges_;
 };
-
-// Twins of all corners, if the mesh is an oriented manifold along its edges. For each vertex in turn the half-edges filed under
-// it are laid over each other by their upper vertex: the corners by exclusive or, so that a corner taken out again leaves its
-// twin, and how many there are of each direction. No comparisons, no guesses, linear for any valence.
-Status match_all(Context& context, double from, double to, EdgeBuckets& buckets, int32_t* twin, bool& clean) {
-    enum : uint8_t { kOneRises = 1, kMoreRise = 2, kOneFalls = 4, kMoreFall = 8, kTwins = kOneRises | kOneFalls };
-    Array<int32_t> overlay(context.memory(), buckets.size(), 0);
-    Array<uint8_t> faces(context.memory(), buckets.size(), 0);
-    uint8_t seen_more = 0;
-    DM_TRY(in_pieces(context, buckets.size(), from, to, [&](int64_t begin, int64_t end) {
-        int32_t* const over = overlay.data();
-        uint8_t* const many = faces.data();
-        for (int64_t v = begin; v < end; ++v) {
-            const HalfEdge* const first = buckets.begin(v);
-            const HalfEdge* const last = buckets.end(v);
-            for (const HalfEdge* h = first; h != last; ++h) {
-                const int one = h->code < 0 ? kOneFalls : kOneRises;
-                over[h->upper] ^= h->corner();
-                many[h->upper] = static_cast<uint8_t>(many[h->upper] | one | (many[h->upper] & one) << 1);
-            }
-            for (const HalfEdge* h = first; h != last; ++h) {
-                const int32_t corner = h->corner();
-                twin[corner] = many[h->upper] == kTwins ? over[h->upper] ^ corner : kBoundary;
-                seen_more |= many[h->upper];
-            }
-            for (const HalfEdge* h = first; h != last; ++h) {
-                over[h->upper] = 0;
-                many[h->upper] = 0;
-            }
-        }
-        return DELMESH_OK;
-    }));
-    clean = (seen_more & (kMoreRise | kMoreFall)) == 0;
-    return DELMESH_OK;
-}
 
 // ---- Where the faces around an edge give no single answer ---------------------------------------------------------------------
 
@@ -457,13 +423,13 @@ Status split_fans(Context& context, bool strict, double from, double to, Mesh& m
 
 Status connect_faces(Context& context, bool strict, double from, double to, Mesh& mesh) {
     const double step = (to - from) / 4;
-    {
+    FanLinks links;
+    DM_TRY(link_fans(context, from, from + step, mesh, links));
+    if (links.oriented_manifold && !links.several_fans) return DELMESH_OK;
+    if (!links.oriented_manifold) {
         EdgeBuckets buckets(context.memory());
-        DM_TRY(buckets.fill(context, from, from + step, mesh));
-        mesh.corner_twin.resize_uninitialized(mesh.corners());
-        bool clean = false;
-        DM_TRY(match_all(context, from + step, from + 2 * step, buckets, mesh.corner_twin.data(), clean));
-        if (!clean) DM_TRY(Repair(context, strict, mesh, buckets).run(from + 2 * step, from + 3 * step));
+        DM_TRY(buckets.fill(context, from + step, from + 2 * step, mesh));
+        DM_TRY(Repair(context, strict, mesh, buckets).run(from + 2 * step, from + 3 * step));
     }
     return split_fans(context, strict, from + 3 * step, to, mesh);
 }

@@ -8,25 +8,59 @@ namespace dm {
 Surface::Surface(Context& context, const Mesh& in, Precision precision)
     : pos(context.memory()), corner_vert(context.memory()), corner_twin(context.memory()), corner_bits(context.memory()),
       vert_corner(context.memory()), face_src(context.memory()), cut_slots(context.memory()), vert_root(context.memory()),
-      copy_of(context.memory()), carriers(context.memory()), split_vertices(context.memory()) {
-    const int32_t vertex_count = in.vertices();
+      copy_of(context.memory()), carriers(context.memory()), carrier_splits(context.memory()), split_vertices(context.memory()),
+      pins(context.memory()), changes_(context.memory()), changed_bits_(context.memory()), changed_slots_(context.memory()),
+      new_verts_(context.memory()), new_faces_(context.memory()), new_carriers_(context.memory()) {
+    const int32_t vertex_count = in.vertices(), corner_count = in.corners();
     pos.resize_uninitialized(vertex_count);
-    if (in.precision == precision)
-        for (int32_t v = 0; v < vertex_count; ++v) pos[v] = in.position(v);
-    else
-        for (int32_t v = 0; v < vertex_count; ++v) pos[v] = round_to(precision, in.position(v));
-    corner_vert.copy_from(in.corner_vert);
-    corner_twin.copy_from(in.corner_twin);
-    if (in.corner_bits.empty())
-        corner_bits.assign(in.corners(), 0);
-    else
-        corner_bits.copy_from(in.corner_bits);
+    corner_vert.resize_uninitialized(corner_count);
+    corner_twin.resize_uninitialized(corner_count);
+    corner_bits.resize_uninitialized(corner_count);
+    face_src.resize_uninitialized(corner_count / 3);
+    vert_corner.resize_uninitialized(vertex_count);
     cut_slots.copy_from(in.cut_slots);
-    face_src.resize_uninitialized(in.faces());
-    for (int32_t f = 0; f < in.faces(); ++f) face_src[f] = f;
-    vert_corner.assign(vertex_count, -1);
-    for (int32_t c = 0; c < corners(); ++c)
-        if (vert_corner[corner_vert[c]] < 0 || corner_twin[c] < 0) vert_corner[corner_vert[c]] = c;
+    const auto copy_vertices = [&](int64_t begin, int64_t end) {
+        for (int64_t v = begin; v < end; ++v) pos[v] = in.position(static_cast<int32_t>(v));
+        if (in.precision != precision)
+            for (int64_t v = begin; v < end; ++v) pos[v] = round_to(precision, pos[v]);
+    };
+    const auto copy_faces = [&](int64_t begin, int64_t end) {
+        std::copy(in.corner_vert.begin() + 3 * begin, in.corner_vert.begin() + 3 * end, corner_vert.begin() + 3 * begin);
+        std::copy(in.corner_twin.begin() + 3 * begin, in.corner_twin.begin() + 3 * end, corner_twin.begin() + 3 * begin);
+        if (in.corner_bits.empty())
+            std::fill(corner_bits.begin() + 3 * begin, corner_bits.begin() + 3 * end, uint8_t{0});
+        else
+            std::copy(in.corner_bits.begin() + 3 * begin, in.corner_bits.begin() + 3 * end, corner_bits.begin() + 3 * begin);
+        for (int64_t f = begin; f < end; ++f) face_src[f] = static_cast<int32_t>(f);
+    };
+    const auto find_corners = [&] { // the first of each vertex, or the one at the boundary
+        const int32_t* const vert = in.corner_vert.data();
+        const int32_t* const twin = in.corner_twin.data();
+        int32_t* const corner = vert_corner.data();
+        std::fill_n(corner, vertex_count, -1);
+        int32_t signs = 0;
+        for (int32_t c = corner_count - 1; c >= 0; --c) {
+            corner[vert[c]] = c;
+            signs |= twin[c];
+        }
+        if (signs >= 0) return; // no boundary
+        for (int32_t c = 0; c < corner_count; ++c)
+            if (twin[c] < 0) corner[vert[c]] = c;
+    };
+    // After a cancel the arrays are left as they are; whoever made the Surface hears of it from the next progress().
+    constexpr int64_t kPiece = 1 << 15;
+    const int64_t vertex_pieces = (vertex_count + kPiece - 1) / kPiece, face_pieces = (in.faces() + kPiece - 1) / kPiece;
+    static_cast<void>(context.parallel(1 + face_pieces + vertex_pieces, 1, [&](int64_t task, int64_t, int64_t) {
+        const int64_t piece = task <= face_pieces ? task - 1 : task - 1 - face_pieces;
+        const int64_t count = task <= face_pieces ? in.faces() : vertex_count;
+        const int64_t begin = piece * kPiece, end = std::min(count, begin + kPiece);
+        if (task == 0)
+            find_corners();
+        else if (task <= face_pieces)
+            copy_faces(begin, end);
+        else
+            copy_vertices(begin, end);
+    }));
     if (!cut_slots.empty()) {
         if (in.vert_join.empty()) {
             vert_root.resize_uninitialized(vertex_count);
@@ -76,8 +110,28 @@ int32_t Surface::carrier_of(int32_t p, int32_t q, double& tp, double& tq) {
     }
     tp = 0;
     tq = 1;
-    carriers.push_back({p, q});
-    return static_cast<int32_t>(carriers.size() - 1);
+    return add_carrier(p, q);
+}
+
+int32_t Surface::add_carrier(int32_t a, int32_t b) {
+    int32_t carrier;
+    if (!new_carriers_.take(carrier)) {
+        carrier = static_cast<int32_t>(carriers.size());
+        carriers.push_back({a, b});
+        carrier_splits.push_back(0);
+    }
+    carriers[carrier] = {a, b};
+    put(&Surface::carrier_splits, carrier, 0);
+    for (const int32_t end : {a, b})
+        if (!is_original(end)) put(&Surface::pins, end - first_split, pins[end - first_split] + 1);
+    return carrier;
+}
+
+void Surface::release_carrier(int32_t carrier) {
+    for (const int32_t end : {carriers[carrier].a, carriers[carrier].b})
+        if (!is_original(end)) put(&Surface::pins, end - first_split, pins[end - first_split] - 1);
+    new_carriers_.freed.push_back(carrier);
+    if (!in_trial_) new_carriers_.keep();
 }
 
 bool Surface::on_one_carrier(int32_t a, int32_t b, int32_t c) const {
@@ -95,11 +149,14 @@ bool Surface::on_one_carrier(int32_t a, int32_t b, int32_t c) const {
 }
 
 void Surface::set_twin(int32_t c, int32_t twin) {
-    corner_twin[c] = twin;
+    put(&Surface::corner_twin, c, twin);
     if (twin >= 0)
-        corner_twin[twin] = c;
-    else if (is_cut(twin))
-        cut_slots[cut_slot(twin)].corner = c;
+        put(&Surface::corner_twin, twin, c);
+    else if (is_cut(twin)) {
+        CutSlot& slot = cut_slots[cut_slot(twin)];
+        if (in_trial_) changed_slots_.push_back({cut_slot(twin), slot.corner});
+        slot.corner = c;
+    }
 }
 
 void Surface::flip(int32_t c) {
@@ -108,63 +165,268 @@ void Surface::flip(int32_t c) {
     const int32_t p = corner_vert[c], q = corner_vert[t], u = corner_vert[cp], v = corner_vert[tp];
     const int32_t beyond_qu = corner_twin[cn], beyond_pv = corner_twin[tn];
     const uint8_t bits_qu = corner_bits[cn], bits_pv = corner_bits[tn];
-    corner_vert[cn] = v; // (p, v, u)
-    corner_vert[tn] = u; // (q, u, v)
+    put(&Surface::corner_vert, cn, v); // (p, v, u)
+    put(&Surface::corner_vert, tn, u); // (q, u, v)
     set_twin(c, beyond_pv);
-    corner_bits[c] = bits_pv;
+    put_bits(c, bits_pv);
     set_twin(t, beyond_qu);
-    corner_bits[t] = bits_qu;
+    put_bits(t, bits_qu);
     set_twin(cn, tn);
-    corner_bits[cn] = corner_bits[tn] = 0;
-    if (vert_corner[p] == tn) vert_corner[p] = c;
-    if (vert_corner[q] == cn) vert_corner[q] = t;
+    put_bits(cn, 0);
+    put_bits(tn, 0);
+    if (vert_corner[p] == tn) put(&Surface::vert_corner, p, c);
+    if (vert_corner[q] == cn) put(&Surface::vert_corner, q, t);
+}
+
+int32_t Surface::add_face(int32_t a, int32_t b, int32_t c, int32_t source) {
+    const int32_t v[3] = {a, b, c};
+    if (int32_t face; new_faces_.take(face)) {
+        const int32_t first = 3 * face;
+        for (int32_t k = 0; k < 3; ++k) {
+            put(&Surface::corner_vert, first + k, v[k]);
+            corner_twin[first + k] = kBoundary; // of a dead face: nothing to remember
+            corner_bits[first + k] = 0;
+        }
+        face_src[face] = source;
+        --dead_faces;
+        return first;
+    }
+    const int32_t first = corners();
+    for (const int32_t x : v) {
+        corner_vert.push_back(x);
+        corner_twin.push_back(kBoundary);
+        corner_bits.push_back(0);
+    }
+    face_src.push_back(source);
+    return first;
 }
 
 int32_t Surface::split(int32_t c, int32_t s) {
     const auto split_face = [this](int32_t k, int32_t vertex) {
-        // (x, y, z) with the edge k = x -> y becomes (x, s, z), and (s, y, z) is appended. Returns the corner s -> y.
-        const int32_t kn = next_corner(k), kp = prev_corner(k);
-        const int32_t y = corner_vert[kn], z = corner_vert[kp];
-        const int32_t fresh = corners();
+        // (x, y, z) with the edge k = x -> y becomes (x, s, z), and (s, y, z) is added. Returns the corner s -> y.
+        const int32_t kn = next_corner(k);
+        const int32_t y = corner_vert[kn], z = corner_vert[prev_corner(k)];
         const int32_t beyond_yz = corner_twin[kn];
-        const uint8_t bits_k = corner_bits[k], bits_yz = corner_bits[kn];
-        corner_vert.push_back(vertex);
-        corner_vert.push_back(y);
-        corner_vert.push_back(z);
-        for (int i = 0; i < 3; ++i) corner_twin.push_back(kBoundary);
-        corner_bits.push_back(bits_k);
-        corner_bits.push_back(bits_yz);
-        corner_bits.push_back(0);
-        face_src.push_back(face_src[face_of(k)]);
-        corner_vert[kn] = vertex;
+        const int32_t fresh = add_face(vertex, y, z, face_src[face_of(k)]);
+        corner_bits[fresh] = corner_bits[k];
+        corner_bits[fresh + 1] = corner_bits[kn];
+        put(&Surface::corner_vert, kn, vertex);
         set_twin(fresh + 1, beyond_yz);
         set_twin(kn, fresh + 2);
-        corner_bits[kn] = 0;
-        if (vert_corner[y] == kn) vert_corner[y] = fresh + 1;
+        put_bits(kn, 0);
+        if (vert_corner[y] == kn) put(&Surface::vert_corner, y, fresh + 1);
         return fresh;
     };
     const int32_t t = corner_twin[c];
     const int32_t tail = split_face(c, s);
     if (t < 0) {
-        corner_twin[c] = t;
         corner_twin[tail] = kBoundary; // split_everywhere gives the halves of a cut edge their slots
-        vert_corner[s] = tail;
     } else {
         const int32_t other_tail = split_face(t, s); // t: q -> s; other_tail: s -> p
         set_twin(c, other_tail);
         set_twin(tail, t);
-        vert_corner[s] = tail;
     }
+    put(&Surface::vert_corner, s, tail);
     return tail;
 }
 
-int32_t Surface::add_vertex(const Vec3& position, SplitVertex where, int32_t copied_from) {
+void Surface::unsplit(int32_t c) {
+    const auto merge_faces = [this](int32_t k) {
+        // (x, s, z) with the edge k = x -> s and (s, y, z) become (x, y, z); the second face goes.
+        const int32_t kn = next_corner(k), gone = next_corner(corner_twin[kn]); // gone: s -> y
+        const int32_t gn = next_corner(gone), gp = prev_corner(gone);
+        const int32_t y = corner_vert[gn], z = corner_vert[gp];
+        put(&Surface::corner_vert, kn, y);
+        set_twin(kn, corner_twin[gn]);
+        put_bits(kn, corner_bits[gn]);
+        if (vert_corner[y] == gn) put(&Surface::vert_corner, y, kn);
+        if (vert_corner[z] == gp) put(&Surface::vert_corner, z, prev_corner(k));
+        for (const int32_t corner : {gone, gn, gp}) put(&Surface::corner_vert, corner, -1);
+        ++dead_faces;
+        new_faces_.freed.push_back(face_of(gone));
+    };
+    const int32_t s = head(c);
+    const int32_t t = corner_twin[next_corner(corner_twin[next_corner(c)])]; // q -> s
+    merge_faces(c);
+    if (t >= 0) {
+        merge_faces(t);
+        set_twin(c, t);
+    }
+    put(&Surface::vert_corner, s, -1);
+    const int32_t carrier = split_vertices[s - first_split].carrier;
+    put(&Surface::carrier_splits, carrier, carrier_splits[carrier] - 1);
+    if (carrier_splits[carrier] == 0) release_carrier(carrier);
+    new_verts_.freed.push_back(s);
+    if (!in_trial_) keep_trial();
+}
+
+void Surface::begin_trial() {
+    in_trial_ = true;
+    dead_faces_before_ = dead_faces;
+    new_verts_.begin(vertices());
+    new_faces_.begin(faces());
+    new_carriers_.begin(carriers.size());
+}
+
+void Surface::keep_trial() {
+    in_trial_ = false;
+    changes_.clear();
+    changed_bits_.clear();
+    changed_slots_.clear();
+    new_verts_.keep();
+    new_faces_.keep();
+    new_carriers_.keep();
+}
+
+void Surface::undo_trial() {
+    in_trial_ = false;
+    for (int64_t i = changes_.size() - 1; i >= 0; --i) (this->*changes_[i].array)[changes_[i].index] = changes_[i].old;
+    for (int64_t i = changed_bits_.size() - 1; i >= 0; --i) corner_bits[changed_bits_[i].corner] = changed_bits_[i].old;
+    for (int64_t i = changed_slots_.size() - 1; i >= 0; --i) cut_slots[changed_slots_[i].slot].corner = changed_slots_[i].old;
+    changes_.clear();
+    changed_bits_.clear();
+    changed_slots_.clear();
+    new_verts_.undo();
+    new_faces_.undo();
+    new_carriers_.undo();
+    if (!is_part()) resize_all(new_verts_.before.size, new_faces_.before.size, new_carriers_.before.size);
+    dead_faces = dead_faces_before_;
+}
+
+// New elements hold garbage.
+void Surface::resize_all(int64_t verts, int64_t faces_size, int64_t carriers_size) {
+    pos.resize_uninitialized(verts);
+    vert_corner.resize_uninitialized(verts);
+    split_vertices.resize_uninitialized(verts - first_split);
+    pins.resize_uninitialized(verts - first_split);
+    if (!vert_root.empty()) vert_root.resize_uninitialized(verts);
+    corner_vert.resize_uninitialized(3 * faces_size);
+    corner_twin.resize_uninitialized(3 * faces_size);
+    corner_bits.resize_uninitialized(3 * faces_size);
+    face_src.resize_uninitialized(faces_size);
+    carriers.resize_uninitialized(carriers_size);
+    carrier_splits.resize_uninitialized(carriers_size);
+}
+
+int32_t Surface::add_vertex(Vec3 position, SplitVertex where, int32_t copied_from) {
+    // A vertex is younger than what it was made from; so where its carrier ends at split vertices it gets the next new number.
+    const bool may_be_old = where.depth == 1;
+    int32_t v;
+    if (!may_be_old && new_verts_.range.next < new_verts_.range.end)
+        v = new_verts_.range.next++;
+    else if (!may_be_old || !new_verts_.take(v))
+        return append_vertex(position, where, copied_from);
+    pos[v] = position;
+    split_vertices[v - first_split] = where;
+    if (!vert_root.empty()) vert_root[v] = copied_from < 0 ? v : copied_from;
+    put(&Surface::carrier_splits, where.carrier, carrier_splits[where.carrier] + 1);
+    return v;
+}
+
+int32_t Surface::append_vertex(Vec3 position, SplitVertex where, int32_t copied_from) {
     const int32_t v = vertices();
     pos.push_back(position);
     vert_corner.push_back(-1);
     split_vertices.push_back(where);
+    pins.push_back(0);
     if (!vert_root.empty()) vert_root.push_back(copied_from < 0 ? v : copied_from);
+    put(&Surface::carrier_splits, where.carrier, carrier_splits[where.carrier] + 1);
     return v;
+}
+
+// -- parts
+
+Surface::Surface(Surface& whole, uint8_t number)
+    : pos(Array<Vec3>::alias(whole.pos)), corner_vert(Array<int32_t>::alias(whole.corner_vert)),
+      corner_twin(Array<int32_t>::alias(whole.corner_twin)), corner_bits(Array<uint8_t>::alias(whole.corner_bits)),
+      vert_corner(Array<int32_t>::alias(whole.vert_corner)), face_src(Array<int32_t>::alias(whole.face_src)),
+      cut_slots(Array<CutSlot>::alias(whole.cut_slots)), vert_root(Array<int32_t>::alias(whole.vert_root)),
+      copy_of(Array<int32_t>::alias(whole.copy_of)), carriers(Array<Carrier>::alias(whole.carriers)),
+      carrier_splits(Array<int32_t>::alias(whole.carrier_splits)),
+      split_vertices(Array<SplitVertex>::alias(whole.split_vertices)), pins(Array<int32_t>::alias(whole.pins)),
+      first_copy(whole.first_copy), first_split(whole.first_split), changes_(whole.pos.memory()),
+      changed_bits_(whole.pos.memory()), changed_slots_(whole.pos.memory()), new_verts_(whole.pos.memory()),
+      new_faces_(whole.pos.memory()), new_carriers_(whole.pos.memory()), number_(number) {
+    constexpr int64_t kMostChanges = 16384; // of one trial
+    changes_.reserve(kMostChanges);
+    changed_bits_.reserve(kMostChanges);
+}
+
+void Surface::refresh(Surface& whole, const uint8_t* owner) {
+    pos = Array<Vec3>::alias(whole.pos);
+    corner_vert = Array<int32_t>::alias(whole.corner_vert);
+    corner_twin = Array<int32_t>::alias(whole.corner_twin);
+    corner_bits = Array<uint8_t>::alias(whole.corner_bits);
+    vert_corner = Array<int32_t>::alias(whole.vert_corner);
+    face_src = Array<int32_t>::alias(whole.face_src);
+    vert_root = Array<int32_t>::alias(whole.vert_root);
+    carriers = Array<Carrier>::alias(whole.carriers);
+    carrier_splits = Array<int32_t>::alias(whole.carrier_splits);
+    split_vertices = Array<SplitVertex>::alias(whole.split_vertices);
+    pins = Array<int32_t>::alias(whole.pins);
+    owner_ = owner;
+}
+
+void Surface::supply(const Supply& more) {
+    const auto add = [](Numbers& numbers, const Range& range) {
+        const int64_t all = numbers.supplied + range.size();
+        numbers.again.reserve(2 * all + 16); // in a later turn, numbers that earlier parts gave out come back too
+        numbers.freed.reserve(256);
+        while (numbers.range.next < numbers.range.end) numbers.again.push_back(--numbers.range.end);
+        numbers.range = range;
+        numbers.supplied = all;
+    };
+    add(new_verts_, more.verts);
+    add(new_faces_, more.faces);
+    add(new_carriers_, more.carriers);
+}
+
+bool Surface::has_room() const {
+    if (!is_part()) return true;
+    constexpr int64_t kOneEdit = 64; // more than a split or a flip overwrites
+    const auto may_free = [](const Numbers& numbers, int64_t count) {
+        return numbers.freed.room() >= count && numbers.again.room() >= numbers.freed.size() + count;
+    };
+    return new_verts_.range.next < new_verts_.range.end && new_faces_.room() >= 2 && new_carriers_.room() >= 1 &&
+           may_free(new_verts_, 1) && may_free(new_faces_, 2) && may_free(new_carriers_, 1) &&
+           changes_.room() >= kOneEdit && changed_bits_.room() >= kOneEdit;
+}
+
+Surface::Supply Surface::grow_blank(int32_t verts, int32_t faces_count, int32_t carriers_count) {
+    const int32_t carriers_before = static_cast<int32_t>(carriers.size());
+    const Supply share{
+        {vertices(), vertices() + verts}, {faces(), faces() + faces_count}, {carriers_before, carriers_before + carriers_count}};
+    resize_all(share.verts.end, share.faces.end, share.carriers.end);
+    for (int32_t v = share.verts.next; v < share.verts.end; ++v) {
+        pos[v] = {0, 0, 0};
+        vert_corner[v] = -1;
+        split_vertices[v - first_split] = {-1, 0, {0, 0, 0}, 0};
+        pins[v - first_split] = 0;
+        if (!vert_root.empty()) vert_root[v] = v;
+    }
+    for (int32_t c = 3 * share.faces.next; c < 3 * share.faces.end; ++c) {
+        corner_vert[c] = -1;
+        corner_twin[c] = kBoundary;
+        corner_bits[c] = 0;
+    }
+    for (int32_t f = share.faces.next; f < share.faces.end; ++f) face_src[f] = 0;
+    for (int32_t k = share.carriers.next; k < share.carriers.end; ++k) carriers[k] = {-1, -1}, carrier_splits[k] = 0;
+    dead_faces += faces_count;
+    return share;
+}
+
+void Surface::take_back(Surface& part) {
+    const auto take = [](Numbers& to, Numbers& from) {
+        for (int32_t n = from.range.end - 1; n >= from.range.next; --n) to.again.push_back(n); // the smallest is used first
+        for (const int32_t n : from.again) to.again.push_back(n);
+        from.range.next = from.range.end;
+        from.again.clear();
+    };
+    take(new_verts_, part.new_verts_);
+    take(new_faces_, part.new_faces_);
+    take(new_carriers_, part.new_carriers_);
+    dead_faces += part.dead_faces;
+    part.dead_faces = 0;
 }
 
 void Surface::split_everywhere(int32_t c, const Vec3& position, SplitVertex where, Array<int32_t>& pieces) {
@@ -365,7 +627,7 @@ void Surface::separate_fans(int32_t v, const Array<int32_t>& corners_of_v) {
 }
 
 void Surface::add_copy(int32_t v, int32_t start) {
-    const int32_t copy = vertices();
+    int32_t copy = vertices();
     if (split_vertices.empty()) { // a repair's
         pos.push_back(pos[v]);
         vert_corner.push_back(-1);
@@ -375,11 +637,10 @@ void Surface::add_copy(int32_t v, int32_t start) {
     } else {
         SplitVertex where;
         if (is_original(v)) {
-            where = {static_cast<int32_t>(carriers.size()), 0, pos[v], 0};
-            carriers.push_back({v, head(start)});
+            where = {add_carrier(v, head(start)), 0, pos[v], 0};
         } else
             where = split_vertices[v - first_split];
-        add_vertex(pos[v], where, vert_root.empty() ? -1 : vert_root[v]);
+        copy = append_vertex(pos[v], where, vert_root.empty() ? -1 : vert_root[v]);
     }
     const int32_t kept = vert_corner[v];
     vert_corner[v] = start;

@@ -32,8 +32,35 @@ public:
     // Copies `in`, coordinates rounded to `precision`.
     Surface(Context& context, const Mesh& in, Precision precision);
 
+    // A part of `whole` for one thread: the same surface under another name, with numbers of its own for what it adds.
+    // Parts may be edited at the same time, `whole` not: an edit is allowed where all four vertices around its edge are the
+    // part's own. A vertex is owned only if all its neighbours are in the same cell of a partition, so a face with an
+    // owned vertex belongs to that part alone. Nothing grows: has_room() says whether an edit may still be made.
+    Surface(Surface& whole, uint8_t number);
+    struct Range {
+        int32_t next, end;
+        int32_t size() const { return end - next; }
+    };
+    struct Supply {
+        Range verts, faces, carriers;
+    };
+    // Adds unused numbers to the ends of all arrays. Parts see them after their next refresh().
+    Supply grow_blank(int32_t verts, int32_t faces, int32_t carriers);
+    // owner: per vertex the number of its part.
+    void refresh(Surface& whole, const uint8_t* owner);
+    void supply(const Supply& more);
+    void take_back(Surface& part); // what the part did not use
+    bool is_part() const { return owner_ != nullptr; }
+    bool owns(int32_t v) const { return owner_ == nullptr || owner_[v] == number_; }
+    // May the edge c be flipped or split here?
+    bool may_edit(int32_t c) const {
+        return owner_ == nullptr || (owns(vert(c)) && owns(head(c)) && owns(apex(c)) && (is_boundary(c) || owns(apex(twin(c)))));
+    }
+    bool has_room() const; // for one more split, and in a trial for what it overwrites
+
     // -- read
     int32_t vertices() const { return static_cast<int32_t>(pos.size()); }
+    int64_t vertices_in_use() const { return pos.size() - new_verts_.again.size(); }
     int32_t corners() const { return static_cast<int32_t>(corner_vert.size()); }
     int32_t faces() const { return corners() / 3; }
     int32_t vert(int32_t c) const { return corner_vert[c]; }
@@ -67,6 +94,8 @@ public:
     // -- carriers
     // The carrier of the edge p q, made when it is split for the first time, and the parameters of its ends there.
     int32_t carrier_of(int32_t p, int32_t q, double& tp, double& tq);
+    // For one without split vertices: an edge again.
+    void release_carrier(int32_t carrier);
     // Do three vertices lie on one carrier? Then they never span a face.
     bool on_one_carrier(int32_t a, int32_t b, int32_t c) const;
 
@@ -77,8 +106,11 @@ public:
     // Inserts vertex s on the edge c: c becomes p -> s; returns the corner s -> q. Works on the boundary too, and keeps what
     // the pieces need to know of the edge; rings of cut copies are the caller's (split_everywhere).
     int32_t split(int32_t c, int32_t s);
+    // Undoes a split: s, the head of c, has one spoke left on either side of the line it lies on. Afterwards c is p -> q again.
+    // Legal when p q is not an edge, and nothing around s was cut at import.
+    void unsplit(int32_t c);
     // Adds a split vertex. copied_from: the vertex of which it is a copy on another sheet, or -1.
-    int32_t add_vertex(const Vec3& position, SplitVertex where, int32_t copied_from);
+    int32_t add_vertex(Vec3 position, SplitVertex where, int32_t copied_from);
     // Splits the edge c and, if it was cut at import, all its copies at the same place. `pieces` gets, per copy, the corner
     // x -> s in the face that kept its number; its other half is next(twin(next(x -> s))).
     void split_everywhere(int32_t c, const Vec3& position, SplitVertex where, Array<int32_t>& pieces);
@@ -96,6 +128,11 @@ public:
     // Removes the face of a boundary corner c; splits off a copy of the apex where that pinches it.
     void remove_boundary_face(int32_t c);
 
+    // -- trials: between begin and the end, only flip, split, unsplit and add_vertex, on edges that no cut made
+    void begin_trial();
+    void keep_trial();
+    void undo_trial();
+
     // Checks every relation; a broken one is a trap in debug builds and false elsewhere.
     bool valid() const;
 
@@ -108,18 +145,82 @@ public:
     Array<int32_t> vert_root; // empty, or per vertex one of which it is a copy on another sheet (itself if none): see root()
     Array<int32_t> copy_of;   // vertices [first_copy, first_split): made by repairs, copies of these
     Array<Carrier> carriers;
-    Array<SplitVertex> split_vertices; // of vertices [first_split, vertices())
+    Array<int32_t> carrier_splits;     // per carrier: split vertices on it, with those that collapses took since
+    Array<SplitVertex> split_vertices; // of vertices [first_split, vertices()), used or not
+    Array<int32_t> pins;               // per split vertex: carriers that end there
     int32_t first_copy = 0, first_split = 0;
     int64_t dead_faces = 0;
 
 private:
-    void set_twin(int32_t c, int32_t twin); // both directions, or the slot's reference
+    // What a trial overwrote.
+    struct Change {
+        Array<int32_t> Surface::*array;
+        int32_t index, old;
+    };
+    void put(Array<int32_t> Surface::*array, int32_t index, int32_t value) {
+        int32_t& place = (this->*array)[index];
+        if (in_trial_) changes_.push_back({array, index, place});
+        place = value;
+    }
+    void put_bits(int32_t c, uint8_t bits) {
+        if (in_trial_) changed_bits_.push_back({c, corner_bits[c]});
+        corner_bits[c] = bits;
+    }
+    struct BitsChange {
+        int32_t corner;
+        uint8_t old;
+    };
+    struct SlotChange {
+        int32_t slot, old;
+    };
+    // Numbers for what is added: given back by trials, then those of a part's range. A whole surface then grows.
+    struct Numbers {
+        explicit Numbers(Memory& memory) : again(memory), freed(memory) {}
+        Array<int32_t> again, freed; // freed: in the running trial, so not to be used before it is kept
+        Range range{0, 0};
+        int64_t supplied = 0; // to a part, in all
+        struct {
+            int64_t size, again;
+            Range range;
+        } before{}; // the trial
+        bool take(int32_t& number) {
+            if (!again.empty()) return number = again.pop_back(), true;
+            if (range.next < range.end) return number = range.next++, true;
+            return false;
+        }
+        void begin(int64_t size) { before = {size, again.size(), range}; }
+        void keep() {
+            for (const int32_t n : freed) again.push_back(n);
+            freed.clear();
+        }
+        void undo() { // what was taken from `again` is still there, behind its end
+            again.resize_uninitialized(before.again);
+            range = before.range;
+            freed.clear();
+        }
+        int64_t room() const { return again.size() + range.end - range.next; }
+    };
+    int32_t add_face(int32_t a, int32_t b, int32_t c, int32_t source); // without twins; returns its first corner
+    void set_twin(int32_t c, int32_t twin);                            // both directions, or the slot's reference
     void kill_face(int32_t face);
     void unite(int32_t a, int32_t b);                                  // what were copies of either are now copies of one
     void gather_corners(int32_t v, Array<int32_t>& out) const;         // all outgoing corners of v
     void separate_fans(int32_t v, const Array<int32_t>& corners_of_v); // further fans around v get copies of v
     void add_copy(int32_t v, int32_t start);                           // of v, for the fan that begins with the corner `start`
     void drop_from_ring(int32_t c); // a boundary corner that goes away leaves the ring of its copies
+
+    void resize_all(int64_t verts, int64_t faces, int64_t carriers_size);
+    int32_t add_carrier(int32_t a, int32_t b);
+    int32_t append_vertex(Vec3 position, SplitVertex where, int32_t copied_from);
+
+    bool in_trial_ = false;
+    Array<Change> changes_;
+    Array<BitsChange> changed_bits_;
+    Array<SlotChange> changed_slots_;
+    Numbers new_verts_, new_faces_, new_carriers_;
+    int64_t dead_faces_before_ = 0;
+    const uint8_t* owner_ = nullptr; // of a part
+    uint8_t number_ = 0;
 };
 
 } // namespace dm

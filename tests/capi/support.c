@@ -248,7 +248,8 @@ void fixture_free(Fixture* fixture) {
 }
 
 const char* const operation_names[OPERATIONS] = {"create",  "create welded", "create polygons", "preserve", "flip",
-                                                 "feature", "certify",       "quality",         "distance", "validate"};
+                                                 "feature", "certify",       "quality",         "distance", "estimate",
+                                                 "validate"};
 
 static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld, delmesh_mesh** out) {
     delmesh_mesh_desc desc = shape_desc(shape);
@@ -332,6 +333,11 @@ int32_t run_operation(int operation, delmesh_context* context, const Fixture* fi
         delmesh_distance_report_init(&report, sizeof report);
         options.samples = 100;
         return delmesh_measure_distance(context, fixture->sheet_mesh, fixture->book_mesh, &options, &report);
+    }
+    case 9: {
+        delmesh_preserve_estimate estimate;
+        delmesh_preserve_estimate_init(&estimate, sizeof estimate);
+        return delmesh_estimate_preserve(context, fixture->sheet_mesh, NULL, &estimate);
     }
     default: return delmesh_mesh_validate(context, fixture->sheet_mesh);
     }

@@ -61,6 +61,10 @@ void round_trip() {
     delmesh::CertifyOptions certify;
     certify.boundary = DELMESH_BOUNDARY_IGNORE;
     EXPECT(other.certify(moved, certify).delaunay == 1);
+    delmesh::RemeshOptions rules;
+    rules.boundary = DELMESH_BOUNDARY_IGNORE;
+    const delmesh::PreserveEstimate estimate = other.estimate_preserve(moved, rules);
+    EXPECT(estimate.exact == 1 && estimate.nld_edges == 0 && estimate.vertices_out == estimate.vertices_in);
 }
 
 void errors() {

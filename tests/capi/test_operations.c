@@ -51,7 +51,7 @@ static void defaults_are_documented(void** state) {
     assert_int_equal(options.placement, DELMESH_PLACEMENT_INTERVAL);
     assert_int_equal(options.boundary, DELMESH_BOUNDARY_NONOBTUSE);
     assert_int_equal(options.precision, DELMESH_FLOAT32);
-    assert_int_equal(options.strict | options.compact | options.reserved0, 0);
+    assert_int_equal(options.strict | options.compact, 0);
     assert_true(options.feature_angle == 30 && options.max_normal_turn < 0 && options.shell_unit <= 0 && options.tolerance < 0);
     assert_int_equal(options.max_vertices | options.split_budget, 0);
     delmesh_distance_options distance;
@@ -164,7 +164,7 @@ static void bad_remesh_options(void** state) {
     BAD(precision, DELMESH_INT32, "3");
     BAD(strict, 2, "2");
     BAD(compact, -1, "-1");
-    BAD(reserved0, 1, "1");
+    BAD(effort, -1, "-1");
     BAD(feature_angle, -0.5, "-0.5");
     BAD(feature_angle, 180.25, "180.25");
     BAD(feature_angle, NAN, "nan");
@@ -259,6 +259,64 @@ static void documented_errors_of_remesh(void** state) {
     refuse(in, &options, DELMESH_ERROR_VERTEX_LIMIT, "");
     delmesh_mesh_destroy(in);
     free_shape(&shape);
+}
+
+/* ---- Estimate ------------------------------------------------------------------------------------------------------------ */
+
+static void the_estimate_of_a_sheet_is_the_truth(void** state) {
+    (void)state;
+    Shape shape = sheet_shape(12);
+    delmesh_mesh *in = shape_mesh(context, &shape), *out = NULL;
+    free_shape(&shape);
+    delmesh_remesh_options options = defaults();
+    delmesh_remesh_report report;
+    delmesh_remesh_report_init(&report, sizeof report);
+    assert_status(delmesh_remesh(context, in, &options, &out, &report), context, DELMESH_OK);
+    delmesh_mesh_destroy(out);
+    assert_int_equal(report.split_on_boundary + report.split_on_kept + report.split_crowded + report.split_on_caps +
+                         report.split_at_small_angles + report.split_on_flipped + report.split_elsewhere + report.split_merged,
+                     report.splits);
+    assert_true(report.worst_edge_splits > 0 && report.worst_edge_from >= 0 && report.worst_edge_from < report.worst_edge_to);
+    assert_true(report.worst_face_splits >= report.worst_edge_splits && report.worst_face >= 0);
+
+    delmesh_preserve_estimate estimate, old;
+    memset(&estimate, 0xff, sizeof estimate);
+    delmesh_preserve_estimate_init(&estimate, sizeof estimate);
+    assert_int_equal(estimate.exact | estimate.outcome, 0);
+    options.mode = DELMESH_MODE_FLIP; /* does not matter */
+    assert_status(delmesh_estimate_preserve(context, in, &options, &estimate), context, DELMESH_OK);
+    assert_int_equal(estimate.exact, 1);
+    assert_int_equal(estimate.outcome, DELMESH_OK);
+    assert_int_equal(estimate.vertices_in, report.vertices_in);
+    assert_int_equal(estimate.vertices_out, report.vertices_out);
+    assert_int_equal(estimate.nld_edges, report.nld_in);
+    assert_true(estimate.growth == (double)report.vertices_out / (double)report.vertices_in);
+    assert_true(estimate.deviation == 0 && estimate.seconds >= 0 && estimate.peak_bytes > 0);
+    assert_status(delmesh_estimate_preserve(context, in, NULL, &estimate), context, DELMESH_OK);
+    assert_int_equal(estimate.vertices_out, report.vertices_out);
+    /* A caller that knows only the first fields. */
+    memset(&old, 0x11, sizeof old);
+    old.struct_size = 32;
+    assert_status(delmesh_estimate_preserve(context, in, NULL, &old), context, DELMESH_OK);
+    assert_int_equal(old.vertices_out, report.vertices_out);
+    assert_int_equal(old.nld_edges, 0x1111111111111111);
+
+    options.max_vertices = report.vertices_in + 3;
+    assert_status(delmesh_estimate_preserve(context, in, &options, &estimate), context, DELMESH_OK);
+    assert_int_equal(estimate.outcome, DELMESH_ERROR_VERTEX_LIMIT);
+    assert_string_equal(delmesh_last_error(context), "");
+    options.max_vertices = -1;
+    assert_status(delmesh_estimate_preserve(context, in, &options, &estimate), context, DELMESH_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(estimate.vertices_out, 0);
+    assert_status(delmesh_estimate_preserve(context, NULL, NULL, &estimate), context, DELMESH_ERROR_INVALID_ARGUMENT);
+    assert_status(delmesh_estimate_preserve(context, in, NULL, NULL), context, DELMESH_ERROR_INVALID_ARGUMENT);
+    estimate.struct_size = 5;
+    assert_status(delmesh_estimate_preserve(context, in, NULL, &estimate), context, DELMESH_ERROR_INVALID_ARGUMENT);
+    delmesh_mesh_destroy(in);
+    in = make(kite_positions, 4, kite_corners, 0);
+    estimate.struct_size = sizeof estimate;
+    assert_status(delmesh_estimate_preserve(context, in, NULL, &estimate), context, DELMESH_ERROR_NO_SURFACE);
+    delmesh_mesh_destroy(in);
 }
 
 /* ---- Certify ------------------------------------------------------------------------------------------------------------- */
@@ -404,6 +462,7 @@ int main(void) {
         cmocka_unit_test(bad_remesh_options),
         cmocka_unit_test(options_and_reports_of_every_age),
         cmocka_unit_test(documented_errors_of_remesh),
+        cmocka_unit_test(the_estimate_of_a_sheet_is_the_truth),
         cmocka_unit_test(certify_names_what_is_wrong),
         cmocka_unit_test(quality_of_a_kite),
         cmocka_unit_test(distance_of_two_kites),

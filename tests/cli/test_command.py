@@ -44,6 +44,20 @@ def rough_grid(n, seed=1):
     return "".join(text)
 
 
+def needle_sheet(n=12, m=80, seed=3):
+    """Quads twenty times as long as wide, cut in two, their corners a little off the plane, as OBJ."""
+    rand = random.Random(seed)
+    text = []
+    for i in range(n):
+        for j in range(m):
+            text.append(f"v {i} {0.05 * j + 0.002 * rand.uniform(-1, 1):.6f} {0.002 * rand.uniform(-1, 1):.6f}\n")
+    for i in range(n - 1):
+        for j in range(m - 1):
+            a = i * m + j + 1
+            text.append(f"f {a} {a + m} {a + m + 1}\nf {a} {a + m + 1} {a + 1}\n")
+    return "".join(text)
+
+
 def read_numbers(path):
     """Vertices of an OBJ, OFF, ascii or binary PLY file of the command, as Python floats; an own reader, independent of it."""
     data = path.read_bytes()
@@ -166,6 +180,47 @@ class InfoAndCertify(CommandTest):
             self.assertAlmostEqual(got[key], value, msg=key) if isinstance(value, int) else self.assertEqual(got[key], value, key)
         self.assertEqual(sum(got["angle_histogram"]), 36)
         self.assertEqual(set(got["repairs"].values()), {0})
+
+    def test_estimate(self):
+        mesh, out = self.file("needles.obj", needle_sheet()), self.folder / "out.ply"
+        for words in ([], ["--tolerance", "0"], ["--tolerance", "0.1%"], ["--precision", "f64"], ["--boundary", "ignore"],
+                      ["--effort", "0"]):
+            got = self.json_of("info", mesh, *words)["preserve_estimate"]
+            true = self.json_of("remesh", mesh, out, *words)
+            self.assertEqual((got["status"], got["exact"]), ("DELMESH_OK", True))
+            self.assertEqual((got["vertices_out"], got["nld_edges"]), (true["vertices_out"], true["nld_in"]), words)
+            self.assertAlmostEqual(got["growth"], true["vertices_out"] / true["vertices_in"])
+            if got["growth"] > 4:
+                tamed = self.json_of("remesh", mesh, out, *words, *got["tamed_by"].split())
+                self.assertAlmostEqual(got["tamed_growth"], tamed["vertices_out"] / tamed["vertices_in"])
+                self.assertLess(got["tamed_growth"], 4)
+            else:
+                self.assertNotIn("tamed_by", got)
+        self.assertGreater(self.json_of("info", mesh)["preserve_estimate"]["growth"], 4)
+        words = r"preserve .* [5-9]\.\d times as large; with --tolerance 0\.\d+%, [12]\.\d times"
+        self.assertRegex(self.run_command("info", mesh)[0], words)
+        words = r"most new vertices: beside small angles \(\d+ of \d+\); on the edge \d+-"
+        self.assertRegex(self.run_command("remesh", mesh, out)[0], words)
+        self.assertNotIn("most new", self.run_command("remesh", mesh, out, "--tolerance", "0.1%")[0])
+        self.assertNotIn("preserve_estimate", self.json_of("info", mesh, "--no-estimate"))
+        self.assertNotIn("preserve", self.run_command("info", mesh, "--no-estimate")[0])
+        self.assertIn("--tolerance", self.error("certify", mesh, "--tolerance", "0"))  # not its business
+
+    def test_estimate_of_what_cannot_be_remeshed(self):
+        flat = self.file("flat.obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
+        got = self.json_of("info", flat)["preserve_estimate"]
+        self.assertNotEqual(got["status"], "DELMESH_OK")
+        self.assertTrue(got["error"])
+        self.assertIn("preserve would not end well", self.run_command("info", flat)[0])
+
+    def test_where_the_vertices_went(self):
+        got = self.json_of("remesh", self.file("grid.obj", rough_grid(30)), self.folder / "out.ply")
+        self.assertEqual(sum(got["splits_where"].values()), got["splits"])
+        self.assertEqual(got["splits_where"]["boundary"], got["boundary_splits"])
+        self.assertGreater(got["worst_edge_splits"], 0)
+        self.assertGreaterEqual(got["worst_face_splits"], got["worst_edge_splits"])
+        self.assertEqual(len(got["worst_edge"]), 2)
+        self.assertNotIn("worst_edge", self.json_of("remesh", self.file("ok.obj", DELAUNAY), self.folder / "out.ply"))
 
     def test_list(self):
         bad = self.file("bad.obj", OBTUSE)

@@ -79,6 +79,20 @@ class Remesh(unittest.TestCase):
         self.assertEqual(caught.exception.report.vertices_in, 441)
         self.assertGreater(caught.exception.report.nld_in, 0)
 
+    def test_the_estimate_is_the_truth_for_small_meshes(self):
+        points, faces = grid(40, 30)
+        _, report = delmesh.remesh((points, faces), tolerance=0)
+        estimate = delmesh.estimate_preserve((points, faces), tolerance=0)
+        self.assertEqual((estimate.exact, estimate.outcome, estimate.deviation), (1, 0, 0))
+        self.assertEqual((estimate.vertices_in, estimate.vertices_out), (len(points), report.vertices_out))
+        self.assertEqual((estimate.nld_edges, estimate.faces_run), (report.nld_in, len(faces)))
+        self.assertEqual(estimate.growth, report.vertices_out / len(points))
+        self.assertEqual(delmesh.estimate_preserve((points, faces), max_vertices=len(points) + 1).outcome, -11)
+        with self.assertRaises(delmesh.NoSurface):
+            delmesh.estimate_preserve((points, faces[:0]))
+        parts = [value for name, value in report._asdict().items() if name.startswith("split_")]
+        self.assertEqual((len(parts), sum(parts)), (8, report.splits))
+
     def test_threads_change_nothing(self):
         points, faces = grid(120, 100)
         results = []

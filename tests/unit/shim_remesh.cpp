@@ -13,11 +13,21 @@ shim_mesh* shim_remesh(const shim_mesh* in, const delmesh_remesh_options* option
                        delmesh_remesh_report* report) {
     delmesh_context_options used{};
     used.max_threads = threads;
-    shim_mesh* const out = new shim_mesh(used, Memory::create(used));
+    shim_mesh* const out = shim_mesh_blank(&used);
+    shim_remesh_into(out, in, options, report);
+    return out;
+}
+
+shim_mesh* shim_mesh_blank(const delmesh_context_options* options) {
+    return new shim_mesh(*options, Memory::create(*options));
+}
+void shim_remesh_into(shim_mesh* out, const shim_mesh* in, const delmesh_remesh_options* options, delmesh_remesh_report* report) {
     *report = {};
     report->struct_size = sizeof *report;
     guarded(*out, [&] { return remesh(out->context, in->mesh, *options, out->mesh, *report); });
-    return out;
+}
+void shim_mesh_cancel(shim_mesh* m) {
+    m->context.request_cancel();
 }
 
 int32_t shim_vertex_map(const shim_mesh* m, int32_t vert, int32_t verts[3], double weights[3]) {

@@ -13,6 +13,11 @@ extern "C" {
 shim_mesh* shim_remesh(const shim_mesh* in, const delmesh_remesh_options* options, int32_t threads,
                        delmesh_remesh_report* report);
 
+/* The same in two steps: an empty mesh, with a context of its own, and the call. The callbacks are the options'. */
+shim_mesh* shim_mesh_blank(const delmesh_context_options* options);
+void shim_remesh_into(shim_mesh* out, const shim_mesh* in, const delmesh_remesh_options* options, delmesh_remesh_report* report);
+void shim_mesh_cancel(shim_mesh* mesh); /* what delmesh_cancel does */
+
 /* Where a vertex lies on the source. 1 for a vertex made by a split. */
 int32_t shim_vertex_map(const shim_mesh* mesh, int32_t vert, int32_t verts[3], double weights[3]);
 

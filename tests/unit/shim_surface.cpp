@@ -3,10 +3,13 @@
 
 #include "shim_build.cpp" // each test links one shim, and a Surface starts from a mesh
 
+#include <algorithm>
+
 #include "mesh/surface.h"
 
 struct shim_surface {
     shim_surface(shim_mesh& m, Precision precision) : surface(m.context, m.mesh, precision) {}
+    shim_surface(Surface& whole, uint8_t number) : surface(whole, number) {}
     Surface surface;
 };
 
@@ -32,6 +35,8 @@ shim_table shim_surface_table(shim_surface* shim) {
             s.vert_root.data(),
             s.copy_of.data(),
             reinterpret_cast<int32_t*>(s.carriers.data()),
+            s.carrier_splits.data(),
+            s.pins.data(),
             s.corner_vert.size(),
             s.corner_twin.size(),
             s.corner_bits.size(),
@@ -42,6 +47,8 @@ shim_table shim_surface_table(shim_surface* shim) {
             s.copy_of.size(),
             s.carriers.size(),
             s.dead_faces,
+            s.vertices_in_use(),
+            s.pins.size(),
             s.vertices(),
             s.first_copy,
             s.first_split};
@@ -75,8 +82,9 @@ void shim_surface_flip(shim_surface* s, int32_t corner) {
 static SplitVertex place(Surface& s, int32_t corner, double t, Vec3& position) {
     double tp, tq;
     const int32_t carrier = s.carrier_of(s.vert(corner), s.head(corner), tp, tq);
-    SplitVertex where{carrier, tp + t * (tq - tp), {0, 0, 0}, 1};
-    const Vec3 &a = s.at(s.carriers[carrier].a), &b = s.at(s.carriers[carrier].b);
+    const Carrier line = s.carriers[carrier];
+    SplitVertex where{carrier, tp + t * (tq - tp), {0, 0, 0}, 1 + std::max(s.depth(line.a), s.depth(line.b))};
+    const Vec3 &a = s.at(line.a), &b = s.at(line.b);
     position = a + where.t * (b - a);
     where.exact = position;
     return where;
@@ -114,6 +122,41 @@ int32_t shim_surface_collapse_and_cut(shim_surface* s, int32_t corner) {
 }
 void shim_surface_remove_boundary_face(shim_surface* s, int32_t corner) {
     s->surface.remove_boundary_face(corner);
+}
+
+void shim_surface_unsplit(shim_surface* s, int32_t corner) {
+    s->surface.unsplit(corner);
+}
+void shim_surface_begin_trial(shim_surface* s) {
+    s->surface.begin_trial();
+}
+void shim_surface_keep_trial(shim_surface* s) {
+    s->surface.keep_trial();
+}
+void shim_surface_undo_trial(shim_surface* s) {
+    s->surface.undo_trial();
+}
+
+shim_share shim_surface_grow_blank(shim_surface* whole, int32_t verts, int32_t faces, int32_t carriers) {
+    const Surface::Supply s = whole->surface.grow_blank(verts, faces, carriers);
+    return {{s.verts.next, s.faces.next, s.carriers.next}, {s.verts.end, s.faces.end, s.carriers.end}};
+}
+shim_surface* shim_surface_part(shim_surface* whole, uint8_t number) {
+    return new shim_surface(whole->surface, number);
+}
+void shim_surface_supply(shim_surface* part, shim_surface* whole, const shim_share* share, const uint8_t* owner) {
+    part->surface.refresh(whole->surface, owner);
+    if (share == nullptr) return;
+    part->surface.supply({{share->from[0], share->to[0]}, {share->from[1], share->to[1]}, {share->from[2], share->to[2]}});
+}
+void shim_surface_take_back(shim_surface* whole, shim_surface* part) {
+    whole->surface.take_back(part->surface);
+}
+int32_t shim_surface_may_edit(const shim_surface* s, int32_t corner) {
+    return s->surface.may_edit(corner) ? 1 : 0;
+}
+int32_t shim_surface_has_room(const shim_surface* s) {
+    return s->surface.has_room() ? 1 : 0;
 }
 
 } // extern "C"

@@ -23,7 +23,10 @@ typedef struct shim_table {
     int32_t* vert_root;
     int32_t* copy_of;
     int32_t* carriers; /* a and b of each */
-    int64_t corners, twins, bits, vert_corners, face_srcs, slot_count, roots, copies, carrier_count, dead_faces;
+    int32_t* carrier_splits;
+    int32_t* pins; /* per split vertex */
+    int64_t corners, twins, bits, vert_corners, face_srcs, slot_count, roots, copies, carrier_count, dead_faces, vertices_in_use,
+        pin_count;
     int32_t vertices, first_copy, first_split;
 } shim_table;
 
@@ -47,6 +50,24 @@ int32_t shim_surface_collapse_is_legal(const shim_surface* surface, int32_t corn
 void shim_surface_collapse(shim_surface* surface, int32_t corner);
 int32_t shim_surface_collapse_and_cut(shim_surface* surface, int32_t corner);
 void shim_surface_remove_boundary_face(shim_surface* surface, int32_t corner);
+
+void shim_surface_unsplit(shim_surface* surface, int32_t corner);
+void shim_surface_begin_trial(shim_surface* surface);
+void shim_surface_keep_trial(shim_surface* surface);
+void shim_surface_undo_trial(shim_surface* surface);
+
+/* Numbers for what a part adds: vertices [from[0], to[0]), faces [from[1], to[1]), carriers [from[2], to[2]). */
+typedef struct shim_share {
+    int32_t from[3], to[3];
+} shim_share;
+shim_share shim_surface_grow_blank(shim_surface* whole, int32_t verts, int32_t faces, int32_t carriers);
+/* A part without numbers: freed before the whole. */
+shim_surface* shim_surface_part(shim_surface* whole, uint8_t number);
+/* Shows the part the whole's arrays as they are now, and gives it numbers (share: NULL for none). owner: per vertex, stays. */
+void shim_surface_supply(shim_surface* part, shim_surface* whole, const shim_share* share, const uint8_t* owner);
+void shim_surface_take_back(shim_surface* whole, shim_surface* part);
+int32_t shim_surface_may_edit(const shim_surface* surface, int32_t corner);
+int32_t shim_surface_has_room(const shim_surface* surface);
 
 #ifdef __cplusplus
 }

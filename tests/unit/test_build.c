@@ -46,12 +46,12 @@ static shim_mesh* made(const delmesh_mesh_desc* desc) {
 
 static void expect_error(const delmesh_mesh_desc* desc, int32_t status, const char* sentence) {
     shim_mesh* const m = make(desc);
-    assert_string_equal(shim_mesh_error(m), sentence);
+    if (sentence != NULL) assert_string_equal(shim_mesh_error(m), sentence);
     assert_int_equal(shim_mesh_status(m), status);
     shim_mesh_free(m);
 }
 
-/* The same mesh is refused when `strict` is set. */
+/* The same mesh is refused when `strict` is set. sentence: NULL for any. */
 static void expect_strict(const delmesh_mesh_desc* desc, const char* sentence) {
     delmesh_mesh_desc strict = *desc;
     strict.strict = 1;
@@ -730,6 +730,145 @@ static void make_torus(int32_t n, float* points, int32_t* corners) {
     }
 }
 
+/* Two pyramids over one rim of n, mixed up: apexes with n corners, and rim vertices with four. */
+static void make_bipyramid(int32_t n, int32_t first, int32_t top, int32_t bottom, int32_t* corners) {
+    for (int32_t i = 0; i < n; ++i) {
+        const int32_t p = first + i, q = first + (i + 1) % n;
+        const int32_t faces[6] = {p, q, top, q, p, bottom};
+        memcpy(corners + 6 * i, faces, sizeof faces);
+    }
+}
+static void shuffle_faces(int32_t* corners, int32_t faces, uint32_t seed) {
+    for (int32_t f = faces - 1; f >= 0; --f) {
+        seed = seed * 1664525u + 1013904223u;
+        const int32_t g = (int32_t)((seed >> 8) % (uint32_t)(f + 1)), turn = (int32_t)(seed >> 4) % 3;
+        int32_t face[3];
+        for (int k = 0; k < 3; ++k) face[k] = corners[3 * g + (k + turn) % 3];
+        memcpy(corners + 3 * g, corners + 3 * f, sizeof face);
+        memcpy(corners + 3 * f, face, sizeof face);
+    }
+}
+/* Each corner's twin is the one corner that runs the other way between the same vertices. */
+static void expect_twins(shim_mesh* m) {
+    const shim_arrays a = shim_mesh_arrays(m);
+    const int64_t n = a.corners;
+    for (int64_t c = 0; c < n; ++c) {
+        const int32_t p = a.corner_vert[c], q = a.corner_vert[c % 3 == 2 ? c - 2 : c + 1];
+        int64_t twin = -1;
+        for (int64_t t = 0; t < n && twin < 0; ++t)
+            if (a.corner_vert[t] == q && a.corner_vert[t % 3 == 2 ? t - 2 : t + 1] == p) twin = t;
+        assert_int_equal(a.corner_twin[c], twin);
+    }
+}
+
+/* Vertices of every size that import treats differently, and around the borders between these. */
+static void test_valences(void** state) {
+    (void)state;
+    static const int32_t sizes[] = {3, 4, 5, 6, 7, 8, 9, 15, 16, 63, 64, 65, 127, 255, 256, 257, 300};
+    enum { kMost = 300 };
+    float points[3 * (2 * kMost + 4)];
+    int32_t corners[3 * (4 * kMost + 1)];
+    for (int64_t i = 0; i < COUNT(points); ++i) points[i] = (float)((i * 7919) % 1009);
+    for (int64_t i = 0; i < COUNT(sizes); ++i) {
+        const int32_t n = sizes[i], top = 2 * n, bottom = 2 * n + 1, vertices = 2 * n + 4;
+        make_bipyramid(n, 0, top, bottom, corners);
+        shuffle_faces(corners, 2 * n, (uint32_t)n);
+        delmesh_mesh_desc desc = desc_of(points, vertices, corners, 6 * n);
+        desc.strict = 1;
+        shim_mesh* m = made(&desc);
+        expect_topology(m, 2 * n, 3 * n, 0, 1, 0, 2);
+        expect_twins(m);
+        shim_mesh_free(m);
+
+        desc = desc_of(points, vertices, corners, 6 * n - 3); /* with a hole */
+        desc.strict = 1;
+        m = made(&desc);
+        expect_topology(m, 2 * n - 1, 3 * n, 3, 1, 1, 1);
+        expect_twins(m);
+        shim_mesh_free(m);
+
+        make_bipyramid(n, n, top, 2 * n + 2, corners + 6 * n); /* another one that hangs at the same vertex */
+        shuffle_faces(corners, 4 * n, (uint32_t)n);
+        desc = desc_of(points, vertices, corners, 12 * n);
+        expect_strict(&desc, NULL);
+        m = made(&desc);
+        expect_topology(m, 4 * n, 6 * n, 0, 2, 0, 4);
+        assert_int_equal(shim_mesh_info(m).nonmanifold_vertices, 1);
+        assert_int_equal(shim_mesh_info(m).copied_vertices, 1);
+        assert_int_equal(shim_mesh_info(m).isolated_vertices, 1);
+        expect_twins(m);
+        shim_mesh_free(m);
+
+        make_bipyramid(n, 0, top, bottom, corners); /* a page more at an edge of the large vertex */
+        const int32_t page[3] = {0, top, 2 * n + 3};
+        memcpy(corners + 6 * n, page, sizeof page);
+        desc = desc_of(points, vertices, corners, 6 * n + 3);
+        m = made(&desc);
+        assert_int_equal(shim_mesh_info(m).nonmanifold_edges, 1);
+        shim_mesh_free(m);
+
+        const int32_t swap = corners[0]; /* a face turned over, at that vertex and two others */
+        corners[0] = corners[1];
+        corners[1] = swap;
+        desc = desc_of(points, vertices, corners, 6 * n);
+        m = made(&desc);
+        assert_int_equal(shim_mesh_info(m).reoriented_faces, 1);
+        expect_topology(m, 2 * n, 3 * n, 0, 1, 0, 2);
+        shim_mesh_free(m);
+    }
+}
+
+/* More faces than one thread is given, with any number of threads: the same mesh. Vertices without a face, too. */
+static void test_many_threads(void** state) {
+    (void)state;
+    enum { kSide = 130, kVertices = kSide * kSide + 5, kFaces = 2 * kSide * kSide };
+    float* const points = calloc(3 * kVertices, sizeof(float));
+    int32_t* const corners = malloc(3 * kFaces * sizeof(int32_t));
+    make_torus(kSide, points, corners);
+    shuffle_faces(corners, kFaces, 1);
+    const delmesh_mesh_desc desc = desc_of(points, kVertices, corners, 3 * (kFaces - 100));
+    shim_mesh* first = NULL;
+    for (int32_t threads = 1; threads <= 5; ++threads) {
+        delmesh_context_options options;
+        memset(&options, 0, sizeof options);
+        options.max_threads = threads;
+        shim_mesh* const m = shim_mesh_make(&options, &desc, 0);
+        assert_int_equal(shim_mesh_status(m), DELMESH_OK);
+        assert_int_equal(shim_mesh_validate(m), DELMESH_OK);
+        if (first == NULL) {
+            first = m;
+            assert_int_equal(shim_mesh_info(m).isolated_vertices, 5);
+            assert_true(shim_mesh_info(m).boundary_loops > 10);
+            continue;
+        }
+        const shim_arrays a = shim_mesh_arrays(first), b = shim_mesh_arrays(m);
+        const delmesh_mesh_info p = shim_mesh_info(first), q = shim_mesh_info(m);
+        assert_memory_equal(&p, &q, sizeof p);
+        expect_ints(b.corner_vert, b.corners, a.corner_vert, a.corners);
+        expect_ints(b.corner_twin, b.corner_twin_size, a.corner_twin, a.corner_twin_size);
+        expect_ints(b.vert_source, b.vert_source_size, a.vert_source, a.vert_source_size);
+        shim_mesh_free(m);
+    }
+    shim_mesh_free(first);
+    free(points);
+    free(corners);
+}
+
+/* The first of several wrong corners is named, however many threads looked. */
+static void test_first_bad_corner(void** state) {
+    (void)state;
+    enum { kFaces = 100000 };
+    int32_t* const corners = malloc(3 * kFaces * sizeof(int32_t));
+    for (int32_t c = 0; c < 3 * kFaces; ++c) corners[c] = c % 3;
+    const delmesh_mesh_desc desc = desc_of(kPoints, 8, corners, 3 * kFaces);
+    corners[3 * kFaces - 1] = -1;
+    corners[200002] = 8;
+    corners[200001] = -2147483647;
+    expect_error(&desc, DELMESH_ERROR_INDEX_OUT_OF_RANGE,
+                 "corner_verts: corner 200001 had vertex -2147483647; there were 8 vertices.");
+    free(corners);
+}
+
 static void test_memory(void** state) {
     (void)state;
     enum { kSide = 100, kFaces = 2 * kSide * kSide };
@@ -854,6 +993,9 @@ int main(void) {
         cmocka_unit_test(test_weld),
         cmocka_unit_test(test_marked_edges),
         cmocka_unit_test(test_large_fan),
+        cmocka_unit_test(test_valences),
+        cmocka_unit_test(test_many_threads),
+        cmocka_unit_test(test_first_bad_corner),
         cmocka_unit_test(test_memory),
         cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_out_of_memory),

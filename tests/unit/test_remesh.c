@@ -26,6 +26,7 @@ static delmesh_remesh_options options_of(int32_t mode) { /* the defaults, but fo
     o.feature_angle = 30;
     o.max_normal_turn = -1;
     o.tolerance = -1;
+    o.effort = 1;
     return o;
 }
 /* The same without the boundary rule: tiny meshes are nearly all boundary. */
@@ -1082,37 +1083,325 @@ static void test_slab(void** state) {
 static void test_certify(void** state) {
     (void)state;
     int64_t interior = 0, boundary_edges = 0, zero = 0;
-    for (int i = 0; i < 3 * kMeshes; ++i) {
+    /* Also past what float32 can square, below its range, and where the squares of doubles end. */
+    static const double scales[] = {1, 0x1p59, 0x1p70, 0x1p-45, 0x1p-70, 0x1p-140, 0x1p300, 0x1p-520, 0x1p520};
+    for (int i = 0; i < 3 * kMeshes * COUNT(scales); ++i) {
         soup s = generated_sheared(i % kMeshes);
-        if (i >= kMeshes) { /* snapped to a coarse grid: many ties, zero areas and coincident points */
-            for (int32_t k = 0; k < 3 * s.vertices; ++k) s.points[k] = floor(s.points[k] * (i < 2 * kMeshes ? 1 : 2));
+        const int snap = i / kMeshes % 3; /* to a coarse grid: many ties, zero areas and coincident points */
+        const double scale = scales[i / (3 * kMeshes)];
+        for (int32_t k = 0; k < 3 * s.vertices; ++k) {
+            if (snap != 0) s.points[k] = floor(s.points[k] * snap);
+            s.points[k] *= scale;
         }
-        shim_mesh* const m = made_of_soup(&s);
-        for (int32_t rule = 0; rule < 2; ++rule) {
-            const shim_certificate all = shim_scan_all(m, rule);
-            for (int32_t lists = 0; lists < 2; ++lists) {
-                const shim_certificate c = shim_certify(m, rule, lists);
-                assert_int_equal(c.nld_interior, all.nld_interior);
-                assert_int_equal(c.nld_boundary, all.nld_boundary);
-                assert_int_equal(c.zero_area_faces, all.zero_area_faces);
-                assert_int_equal(c.delaunay, all.delaunay);
-                assert_int_equal(c.first_zero_face, all.first_zero_face);
-                assert_int_equal(c.listed_edges, lists ? c.nld_interior + c.nld_boundary : 0);
-                assert_int_equal(c.listed_faces, lists ? c.zero_area_faces : 0);
-                if (lists) assert_true(c.in_order && c.listed_sum == all.listed_sum);
+        shim_mesh* const f64 = made_of_soup(&s);
+        float* const single = malloc((size_t)s.vertices * 3 * sizeof(float));
+        const int fits = scale > 0x1p-100 && scale < 0x1p100;
+        for (int32_t k = 0; k < 3 * s.vertices; ++k) single[k] = fits ? (float)s.points[k] : 0;
+        delmesh_mesh_desc desc = desc_of_soup(&s);
+        desc.positions.data = single;
+        desc.positions.type = DELMESH_FLOAT32;
+        shim_mesh* const f32 = made(&desc);
+        for (int precision = 0; precision < 1 + fits; ++precision) {
+            shim_mesh* const m = precision == 0 ? f64 : f32;
+            for (int32_t rule = 0; rule < 2; ++rule) {
+                const shim_certificate all = shim_scan_all(m, rule);
+                for (int32_t lists = 0; lists < 2; ++lists) {
+                    const shim_certificate c = shim_certify(m, rule, lists);
+                    assert_int_equal(c.nld_interior, all.nld_interior);
+                    assert_int_equal(c.nld_boundary, all.nld_boundary);
+                    assert_int_equal(c.zero_area_faces, all.zero_area_faces);
+                    assert_int_equal(c.delaunay, all.delaunay);
+                    assert_int_equal(c.first_zero_face, all.first_zero_face);
+                    assert_int_equal(c.listed_edges, lists ? c.nld_interior + c.nld_boundary : 0);
+                    assert_int_equal(c.listed_faces, lists ? c.zero_area_faces : 0);
+                    if (lists) assert_true(c.in_order && c.listed_sum == all.listed_sum);
+                }
+                interior += all.nld_interior;
+                boundary_edges += all.nld_boundary;
+                zero += all.zero_area_faces;
             }
-            interior += all.nld_interior;
-            boundary_edges += all.nld_boundary;
-            zero += all.zero_area_faces;
         }
-        shim_mesh_free(m);
+        shim_mesh_free(f32);
+        shim_mesh_free(f64);
+        free(single);
         free_soup(&s);
     }
     if (interior < 500 || boundary_edges < 50 || zero < 50)
         fail_msg("%d, %d, %d: nothing to find", (int)interior, (int)boundary_edges, (int)zero);
 }
 
-int main(void) {
+/* ---- few vertices, and parts ----------------------------------------------------------------------------------------------- */
+
+/* Sanitizers make it slow, and find what they look for without the long searches. */
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+enum { kEfforts = 2 };
+#else
+enum { kEfforts = 4 };
+#endif
+
+/* Large enough to be cut into parts: each has more than 2,048 NLD edges. */
+enum { kLarge = 4 };
+static soup large_mesh(int which) {
+    uint64_t seed = 31;
+    soup s = which == 0   ? torus(200, 100, 0.2, 41) /* bumpy */
+             : which == 1 ? sheet(150, 130, 3, 0.45, 42)
+             : which == 2 ? book(3, 60, 0.3, 43)    /* cut at its spine */
+                          : torus(90, 40, 0.1, 44); /* needles: see below */
+    for (int32_t v = 0; v < s.vertices; ++v) {
+        double* const x = s.points + 3 * v;
+        if (which == 2) set_point(&s, v, x[0] + 0.3 * random_unit(&seed), x[1] + 0.4 * x[0], x[2] + 0.3 * random_unit(&seed));
+        if (which == 3) set_point(&s, v, 6 * x[0] + 2 * x[1], x[1] + x[2], x[2]);
+    }
+    return s;
+}
+
+static void expect_same_bytes(shim_mesh* one, shim_mesh* two, const delmesh_remesh_report* r, const delmesh_remesh_report* q) {
+    expect_equal(one, two, 1, 1);
+    const shim_arrays a = shim_mesh_arrays(one), b = shim_mesh_arrays(two);
+    assert_int_equal(a.pos32_size, b.pos32_size);
+    if (a.pos32_size != 0) assert_memory_equal(a.pos32, b.pos32, (size_t)a.pos32_size * sizeof(float));
+    assert_int_equal(a.corner_bits_size, b.corner_bits_size);
+    assert_memory_equal(a.corner_bits, b.corner_bits, (size_t)a.corner_bits_size);
+    assert_int_equal(a.face_source_size, b.face_source_size);
+    if (a.face_source_size != 0) assert_memory_equal(a.face_source, b.face_source, (size_t)a.face_source_size * sizeof(int32_t));
+    for (int32_t v = a.first_split; v < a.vertices; ++v) {
+        int32_t x[3], y[3];
+        double wx[3], wy[3];
+        shim_vertex_map(one, v, x, wx);
+        shim_vertex_map(two, v, y, wy);
+        assert_memory_equal(x, y, sizeof x);
+        assert_memory_equal(wx, wy, sizeof wx);
+    }
+    assert_memory_equal(&r->nld_in, &q->nld_in,
+                        offsetof(delmesh_remesh_report, seconds_total) - offsetof(delmesh_remesh_report, nld_in));
+    assert_true(r->surface_bound == q->surface_bound && r->worst_face == q->worst_face && r->split_merged == q->split_merged);
+}
+
+enum { kHub = 5 }; /* of the generated meshes */
+
+static void test_effort_laws(void** state) {
+    (void)state;
+    int64_t sums[4] = {0, 0, 0, 0}, tally[2] = {0, 0}, fewer = 0;
+    for (int i = 0; i < kMeshes; ++i) {
+        soup s = generated_sheared(i);
+        shim_mesh* const in = made_of_soup(&s);
+        for (int precision = DELMESH_FLOAT32; precision <= DELMESH_FLOAT64; ++precision)
+            for (int exact = 0; exact < 2; ++exact) {
+                int64_t last = INT64_MAX;
+                for (int32_t effort = 0; effort < 4; ++effort) {
+                    delmesh_remesh_options o = options_of(P);
+                    o.precision = precision;
+                    o.effort = effort;
+                    o.tolerance = exact ? 0 : -1;
+                    delmesh_remesh_report r, q;
+                    shim_mesh* const out = remeshed(in, &o, &r);
+                    check_maps(in, out, &o, tally);
+                    const shim_arrays b = shim_mesh_arrays(out);
+                    assert_true(r.surface_bound >= 0 && r.surface_bound <= 4 * unit_of(&b, precision));
+                    shim_mesh* const again = shim_remesh(in, &o, 2, &q);
+                    assert_int_equal(shim_mesh_status(again), DELMESH_OK);
+                    expect_same_bytes(out, again, &r, &q);
+                    shim_mesh_free(again);
+                    shim_mesh_free(out);
+                    /* The look-ahead does not pay at the hub of many needles, so there the law begins with effort 1. */
+                    if (i != kHub) sums[effort] += r.splits;
+                    if (effort >= (i == kHub ? 2 : 1) && r.splits > last)
+                        fail_msg("mesh %d: effort %d needs %d vertices, %d before", i, effort, (int)r.splits, (int)last);
+                    fewer += r.splits < last;
+                    last = r.splits;
+                }
+            }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+    if (!(sums[0] > sums[1] && sums[1] > sums[2] && sums[2] >= sums[3]))
+        fail_msg("%d, %d, %d, %d vertices with efforts 0 to 3", (int)sums[0], (int)sums[1], (int)sums[2], (int)sums[3]);
+    assert_true(fewer > 0 && tally[1] > 500);
+}
+
+static void test_parts(void** state) {
+    (void)state;
+    int64_t sums[4] = {0, 0, 0, 0}, tally[2] = {0, 0};
+    for (int which = 0; which < kLarge; ++which) {
+        soup s = large_mesh(which);
+        shim_mesh* const in = made_of_soup(&s);
+        if (which == 2) assert_true(shim_mesh_arrays(in).slot_count > 100);
+        for (int32_t effort = 0; effort < (which < 3 ? kEfforts : 2); ++effort) {
+            delmesh_remesh_options o = options_of(P);
+            o.effort = effort;
+            o.precision = (which + effort) % 2 == 0 ? DELMESH_FLOAT32 : DELMESH_FLOAT64;
+            if (which == 3) o.max_vertices = 100 * s.vertices;
+            delmesh_remesh_report r, q;
+            shim_mesh* const one = remeshed(in, &o, &r);
+            assert_true(r.nld_in > 2048);
+            if (which == 3) assert_true(r.splits > 4 * r.nld_in); /* more than any part was given at first */
+            check_maps(in, one, &o, tally);
+            const shim_arrays b = shim_mesh_arrays(one);
+            assert_true(r.surface_bound >= 0 && r.surface_bound <= 4 * unit_of(&b, o.precision));
+            if (which < 3) sums[effort] += r.splits;
+            static const int32_t threads[] = {2, 3, 7};
+            for (int i = 0; i < (kEfforts == 4 && effort < 2 ? 3 : 1); ++i) {
+                shim_mesh* const many = shim_remesh(in, &o, threads[i], &q);
+                if (shim_mesh_status(many) != DELMESH_OK) fail_msg("%s", shim_mesh_error(many));
+                expect_same_bytes(one, many, &r, &q);
+                shim_mesh_free(many);
+            }
+            print_message("    mesh %d effort %d: %d vertices, %d NLD, %d splits\n", which, effort, s.vertices, (int)r.nld_in,
+                          (int)r.splits);
+            shim_mesh_free(one);
+        }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+    for (int effort = 1; effort < kEfforts; ++effort)
+        if (sums[effort] >= sums[effort - 1])
+            fail_msg("%d vertices with effort %d, %d before", (int)sums[effort], effort, (int)sums[effort - 1]);
+}
+
+/* A limit of vertices holds for all parts together. */
+static void test_parts_limit(void** state) {
+    (void)state;
+    for (int which = 2; which < kLarge; ++which) {
+        soup s = large_mesh(which);
+        shim_mesh* const in = made_of_soup(&s);
+        const int32_t given = shim_mesh_info(in).vertices;
+        delmesh_remesh_options o = options_of(P);
+        o.max_vertices = 100 * s.vertices;
+        delmesh_remesh_report r;
+        shim_mesh* const out = remeshed(in, &o, &r);
+        const int64_t needed = r.splits;
+        shim_mesh_free(out);
+        for (int i = 0; i <= 10; i += kEfforts == 4 ? 1 : 5) {
+            o.max_vertices = given + (i == 0 ? 0 : i == 1 ? 1 : i == 10 ? needed : needed * (i - 1) / 9);
+            for (int32_t threads = 1; threads <= 2; ++threads) {
+                shim_mesh* const limited = shim_remesh(in, &o, threads, &r);
+                const int32_t status = shim_mesh_status(limited);
+                if (status == DELMESH_OK)
+                    check_result(in, limited, &o, &r);
+                else {
+                    assert_int_equal(status, DELMESH_ERROR_VERTEX_LIMIT);
+                    assert_non_null(strstr(shim_mesh_error(limited), "The limit of"));
+                }
+                if (i < 6) assert_int_equal(status, DELMESH_ERROR_VERTEX_LIMIT);
+                if (r.vertices_out > o.max_vertices + 3)
+                    fail_msg("mesh %d: %d vertices, limit %d", which, (int)r.vertices_out, (int)o.max_vertices);
+                shim_mesh_free(limited);
+            }
+        }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+}
+
+/* ---- refusals while parts run ---------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    shim_mesh* out;
+    int64_t live, allocations, used, pools, reports, fail_at, pool_calls, cancel_at, progress_calls, cancel_progress_at;
+    int in_pool, misused; /* misused: a block was asked for while the pool ran */
+} host;
+
+static void* host_alloc(void* user, size_t size, size_t align) {
+    host* const h = user;
+    if (h->in_pool) h->misused = 1;
+    if (++h->allocations == h->fail_at) return NULL;
+    void* const p = aligned_alloc(align, (size + align - 1) / align * align);
+    h->live += p != NULL;
+    return p;
+}
+static void host_free(void* user, void* pointer, size_t size) {
+    (void)size;
+    host* const h = user;
+    if (h->in_pool) h->misused = 1;
+    h->live -= pointer != NULL;
+    free(pointer);
+}
+static int32_t host_progress(void* user, double fraction, const char* stage) {
+    (void)fraction, (void)stage;
+    host* const h = user;
+    return ++h->progress_calls == h->cancel_progress_at ? 0 : DELMESH_CONTINUE;
+}
+static void host_pool(void* user, int32_t count, delmesh_task_fn task, void* data) { /* one after the other, the last one first */
+    host* const h = user;
+    const int32_t before = ++h->pool_calls == h->cancel_at ? count / 2 : -1;
+    h->in_pool = 1;
+    for (int32_t i = count - 1; i >= 0; --i) {
+        if (i == before) shim_mesh_cancel(h->out);
+        task(data, i);
+    }
+    h->in_pool = 0;
+}
+
+static int32_t run_in_host(host* h, const shim_mesh* in, const delmesh_remesh_options* o) {
+    delmesh_context_options used;
+    memset(&used, 0, sizeof used);
+    used.max_threads = 4;
+    used.alloc = host_alloc;
+    used.free = host_free;
+    used.progress = host_progress;
+    used.parallel_for = host_pool;
+    used.user = h;
+    h->allocations = h->pool_calls = h->progress_calls = 0;
+    const int64_t fail_at = h->fail_at;
+    h->fail_at = 0;
+    h->out = shim_mesh_blank(&used);
+    const int64_t before = h->allocations;
+    h->fail_at = fail_at == 0 ? 0 : before + fail_at;
+    delmesh_remesh_report r;
+    shim_remesh_into(h->out, in, o, &r);
+    const int32_t status = shim_mesh_status(h->out);
+    h->used = h->allocations - before;
+    h->pools = h->pool_calls;
+    h->reports = h->progress_calls;
+    h->fail_at = 0;
+    h->in_pool = 0;
+    const int misused = h->misused;
+    if (status == DELMESH_OK) assert_true(r.nld_in >= 2048);
+    if (status == DELMESH_OK) check_result(in, h->out, o, &r);
+    shim_mesh_free(h->out);
+    assert_int_equal(h->live, 0);
+    assert_false(misused);
+    return status;
+}
+
+static void test_parts_refusals(void** state) {
+    (void)state;
+    for (int which = 0; which < 2; ++which) {
+        soup s = which == 0 ? torus(90, 60, 0.3, 51) : torus(110, 60, 0.1, 52);
+        if (which == 1)
+            for (int32_t v = 0; v < s.vertices; ++v)
+                set_point(&s, v, 3 * s.points[3 * v] + s.points[3 * v + 1], s.points[3 * v + 1] + s.points[3 * v + 2],
+                          s.points[3 * v + 2]);
+        shim_mesh* const in = made_of_soup(&s);
+        delmesh_remesh_options o = options_of(P);
+        o.max_vertices = 60 * s.vertices;
+        host h;
+        memset(&h, 0, sizeof h);
+        assert_int_equal(run_in_host(&h, in, &o), DELMESH_OK);
+        const int64_t allocations = h.used, pool_calls = h.pools, progress_calls = h.reports;
+        print_message("    %d allocations, %d parallel loops\n", (int)allocations, (int)pool_calls);
+        for (int64_t k = 1 + which; k <= allocations; k += kEfforts == 4 ? 7 : 29) {
+            h.fail_at = k;
+            assert_int_equal(run_in_host(&h, in, &o), DELMESH_ERROR_OUT_OF_MEMORY);
+        }
+        h.fail_at = 0;
+        for (h.cancel_at = 1; h.cancel_at <= pool_calls; ++h.cancel_at)
+            assert_int_equal(run_in_host(&h, in, &o), DELMESH_ERROR_CANCELLED);
+        h.cancel_at = 0;
+        for (h.cancel_progress_at = 1; h.cancel_progress_at <= (progress_calls < 20 ? progress_calls : 20);
+             ++h.cancel_progress_at) {
+            const int32_t status = run_in_host(&h, in, &o);
+            if (h.reports >= h.cancel_progress_at) assert_int_equal(status, DELMESH_ERROR_CANCELLED);
+        }
+        shim_mesh_free(in);
+        free_soup(&s);
+    }
+}
+
+/* With the argument "parts" only what runs parts of a mesh in parallel, with "rest" all else: two tests to ctest. */
+int main(int count, char** arguments) {
+    if (count > 1 && strcmp(arguments[1], "parts") == 0) cmocka_set_test_filter("test_parts*");
+    if (count > 1 && strcmp(arguments[1], "rest") == 0) cmocka_set_skip_filter("test_parts*");
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_flat_pair),
         cmocka_unit_test(test_bent_pair),
@@ -1139,6 +1428,10 @@ int main(void) {
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_slab),
         cmocka_unit_test(test_certify),
+        cmocka_unit_test(test_effort_laws),
+        cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_parts_limit),
+        cmocka_unit_test(test_parts_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -720,6 +720,515 @@ static void test_walk_book(void** state) {
     random_walk(book(5, 2, 0.1, 10), 11, 6000);
 }
 
+/* ---- the whole table as it is ---------------------------------------------------------------------------------------------- */
+
+/* A copy of what means anything: of faces that are gone and numbers that are not in use, only that they are. */
+typedef struct {
+    int64_t size;
+    uint8_t* bytes;
+    int64_t capacity;
+} snapshot;
+
+static void append(snapshot* s, const void* data, size_t size) {
+    if (s->size + (int64_t)size > s->capacity) {
+        s->capacity = 2 * (s->size + (int64_t)size);
+        s->bytes = (uint8_t*)realloc(s->bytes, (size_t)s->capacity);
+    }
+    memcpy(s->bytes + s->size, data, size);
+    s->size += (int64_t)size;
+}
+static snapshot snapshot_of(shim_surface* surface) {
+    const shim_table t = shim_surface_table(surface);
+    const int64_t sizes[] = {t.corners,         t.twins,      t.bits,       t.vert_corners,  t.face_srcs, t.slot_count,
+                             t.roots,           t.copies,     t.dead_faces, t.carrier_count, t.pin_count, t.vertices,
+                             t.vertices_in_use, t.first_copy, t.first_split};
+    snapshot s = {0, NULL, 0};
+    append(&s, sizes, sizeof sizes);
+    append(&s, t.corner_vert, (size_t)t.corners * sizeof(int32_t));
+    append(&s, t.vert_corner, (size_t)t.vertices * sizeof(int32_t));
+    if (t.slot_count != 0) append(&s, t.slots, (size_t)t.slot_count * 2 * sizeof(int32_t));
+    for (int32_t c = 0; c < t.corners; ++c) {
+        if (t.corner_vert[c] < 0) continue;
+        const int32_t of_corner[] = {t.corner_twin[c], t.corner_bits[c], t.face_src[c / 3]};
+        append(&s, of_corner, sizeof of_corner);
+    }
+    for (int32_t v = 0; v < t.vertices; ++v) {
+        if (v >= t.first_split) append(&s, t.pins + (v - t.first_split), sizeof(int32_t));
+        if (t.vert_corner[v] < 0) continue;
+        append(&s, t.pos + 3 * v, 3 * sizeof(double));
+        if (t.roots != 0) append(&s, t.vert_root + v, sizeof(int32_t));
+        if (v < t.first_split) continue;
+        int32_t carrier;
+        const double parameter = shim_surface_split_parameter(surface, v, &carrier);
+        append(&s, &parameter, sizeof parameter);
+        append(&s, &carrier, sizeof carrier);
+        append(&s, t.carriers + 2 * carrier, 2 * sizeof(int32_t));
+        append(&s, t.carrier_splits + carrier, sizeof(int32_t));
+    }
+    return s;
+}
+static void free_snapshot(snapshot* s) {
+    free(s->bytes);
+    s->bytes = NULL;
+}
+static void expect_snapshot(shim_surface* surface, const snapshot* expected, const char* what) {
+    snapshot s = snapshot_of(surface);
+    if (s.size != expected->size) fail_msg("%s: the table has another size", what);
+    for (int64_t i = 0; i < s.size; ++i)
+        if (s.bytes[i] != expected->bytes[i]) fail_msg("%s: byte %d of the table differs", what, (int)i);
+    free_snapshot(&s);
+}
+
+/* The numbers that only trials and taking out keep: how many split vertices each carrier has, how many carriers end at a vertex. */
+static void check_books(shim_surface* surface) {
+    const shim_table t = shim_surface_table(surface);
+    int32_t* const splits = (int32_t*)calloc((size_t)t.carrier_count + 1, sizeof(int32_t));
+    int32_t* const ends = (int32_t*)calloc((size_t)t.vertices + 1, sizeof(int32_t));
+    for (int32_t v = t.first_split; v < t.vertices; ++v) {
+        if (t.vert_corner[v] < 0) continue;
+        int32_t carrier;
+        shim_surface_split_parameter(surface, v, &carrier);
+        REQUIRE(carrier >= 0 && carrier < t.carrier_count, v);
+        ++splits[carrier];
+    }
+    for (int32_t k = 0; k < t.carrier_count; ++k) {
+        if (splits[k] != t.carrier_splits[k]) fail_msg("carrier %d has %d splits, not %d", k, splits[k], t.carrier_splits[k]);
+        if (splits[k] == 0) continue;
+        for (int end = 0; end < 2; ++end) {
+            const int32_t v = t.carriers[2 * k + end];
+            REQUIRE(v >= 0 && v < t.vertices && t.vert_corner[v] >= 0, v);
+            ++ends[v];
+        }
+    }
+    for (int32_t v = t.first_split; v < t.vertices; ++v)
+        if (ends[v] != t.pins[v - t.first_split])
+            fail_msg("at vertex %d end %d carriers, not %d", v, ends[v], t.pins[v - t.first_split]);
+    free(splits);
+    free(ends);
+}
+
+/* ---- unsplit --------------------------------------------------------------------------------------------------------------- */
+
+/* The table after a split and its opposite is the one before, but for what is now unused. */
+static void expect_same_part(shim_surface* surface, const shim_table* before, const int32_t* corner_vert,
+                             const int32_t* corner_twin, const uint8_t* bits, const int32_t* vert_corner) {
+    const shim_table t = shim_surface_table(surface);
+    expect_ints("corner_vert", t.corner_vert, before->corners, corner_vert, before->corners);
+    expect_ints("corner_twin", t.corner_twin, before->corners, corner_twin, before->corners);
+    expect_ints("vert_corner", t.vert_corner, before->vertices, vert_corner, before->vertices);
+    assert_memory_equal(t.corner_bits, bits, (size_t)before->corners);
+    for (int64_t c = before->corners; c < t.corners; ++c) assert_true(t.corner_vert[c] < 0);
+    for (int64_t v = before->vertices; v < t.vertices; ++v) assert_true(t.vert_corner[v] < 0);
+    assert_int_equal(t.vertices_in_use, before->vertices_in_use);
+    assert_int_equal(t.dead_faces, (t.corners - before->corners) / 3);
+}
+
+static void test_unsplit(void** state) {
+    (void)state;
+    for (int which = 0; which < 3; ++which)
+        for (int32_t c = 0; c < (which == 0 ? 6 : which == 1 ? 12 : 24); ++c)
+            for (int again = 0; again < 2; ++again) {
+                model m = which == 0 ? MODEL(4, kPair) : which == 1 ? MODEL(6, kStrip) : MODEL(6, kOctahedron);
+                for (int32_t k = 0; k < (which == 2 ? 24 : which == 1 ? 12 : 6); ++k) {
+                    const int32_t bits[] = {k, k % 7};
+                    set_bits(m.surface, bits, 1);
+                }
+                const shim_table t = shim_surface_table(m.surface);
+                int32_t verts[24], twins[24], firsts[6];
+                uint8_t bits[24];
+                memcpy(verts, t.corner_vert, (size_t)t.corners * sizeof(int32_t));
+                memcpy(twins, t.corner_twin, (size_t)t.corners * sizeof(int32_t));
+                memcpy(bits, t.corner_bits, (size_t)t.corners);
+                memcpy(firsts, t.vert_corner, (size_t)t.vertices * sizeof(int32_t));
+                const topology before = checked(m.surface);
+                /* From either side: the edge that arrives at the new vertex in the first face, or in the other one. */
+                for (int from = 0; from < (twins[c] >= 0 ? 2 : 1); ++from) {
+                    const int32_t tail = shim_surface_split(m.surface, c);
+                    const shim_table split = shim_surface_table(m.surface);
+                    assert_int_equal(split.vertices, t.vertices + 1); /* the number is used again */
+                    assert_int_equal(split.carrier_count, 1);
+                    assert_int_equal(split.corners, t.corners + (twins[c] >= 0 ? 6 : 3));
+                    assert_int_equal(split.carrier_splits[0], 1);
+                    check_books(m.surface);
+                    if (again) shim_surface_begin_trial(m.surface);
+                    shim_surface_unsplit(m.surface, from == 0 ? c : split.corner_twin[tail]);
+                    if (again) shim_surface_keep_trial(m.surface);
+                    const topology after = checked(m.surface);
+                    assert_memory_equal(&before, &after, sizeof before);
+                    check_books(m.surface);
+                    assert_int_equal(shim_surface_table(m.surface).carrier_splits[0], 0);
+                    if (from == 0) expect_same_part(m.surface, &t, verts, twins, bits, firsts);
+                }
+                free_model(&m);
+            }
+}
+
+/* Numbers that a trial frees are not used again before it is kept: if it is undone they are still somebody's. */
+static void test_numbers_in_trials(void** state) {
+    (void)state;
+    model m = MODEL(6, kOctahedron);
+    shim_surface_split(m.surface, 0); /* 6, faces 8 and 9 */
+    snapshot before = snapshot_of(m.surface);
+    for (int keep = 0; keep < 2; ++keep) {
+        shim_surface_begin_trial(m.surface);
+        shim_surface_unsplit(m.surface, 0);
+        const int32_t tail = shim_surface_split(m.surface, 0);
+        shim_table t = shim_surface_table(m.surface);
+        assert_int_equal(t.vertices, 8);
+        assert_int_equal(t.corner_vert[tail], 7);
+        assert_int_equal(t.corners, 36);
+        assert_int_equal(t.carrier_count, 2);
+        assert_int_equal(tail, 30);
+        if (!keep) {
+            shim_surface_undo_trial(m.surface);
+            expect_snapshot(m.surface, &before, "undone");
+        } else {
+            shim_surface_keep_trial(m.surface);
+            expect_topology(m.surface, 7, 15, 10, 0, 1, 0);
+            assert_int_equal(shim_surface_table(m.surface).vertices_in_use, 7);
+            shim_surface_split(m.surface, 3); /* 1 2 of the next face: takes what is free */
+            t = shim_surface_table(m.surface);
+            assert_int_equal(t.vertices, 8);
+            assert_int_equal(t.corners, 36);
+            assert_int_equal(t.carrier_count, 2);
+            assert_int_equal(t.dead_faces, 0);
+            assert_true(t.vert_corner[6] >= 0);
+        }
+        check_books(m.surface);
+    }
+    free_snapshot(&before);
+    free_model(&m);
+}
+
+/* ---- random trials --------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    int64_t flips, splits, unsplits, flips_beside_cuts, kept, undone;
+} tally;
+
+/* Where a vertex lies on a carrier; NAN if it does not. */
+static double parameter_on(shim_surface* surface, const shim_table* t, int32_t carrier, int32_t v) {
+    if (t->carriers[2 * carrier] == v) return 0;
+    if (t->carriers[2 * carrier + 1] == v) return 1;
+    if (v < t->first_split) return NAN;
+    int32_t its;
+    const double parameter = shim_surface_split_parameter(surface, v, &its);
+    return its == carrier ? parameter : NAN;
+}
+
+/* May the edge c -> s be made one with the edge beyond s? */
+static int unsplit_is_legal(shim_surface* surface, const shim_table* t, int32_t c) {
+    const int32_t p = t->corner_vert[c], s = t->corner_vert[next_of(c)];
+    if (s < t->first_split || t->pins[s - t->first_split] != 0) return 0;
+    int32_t faces = 0, k = t->vert_corner[s];
+    do {
+        if (t->corner_twin[k] <= -2 || t->corner_twin[prev_of(k)] <= -2) return 0;
+        ++faces;
+        k = t->corner_twin[prev_of(k)];
+    } while (k >= 0 && k != t->vert_corner[s]);
+    if (faces != (k < 0 ? 2 : 4) || (k < 0) != (t->corner_twin[c] < 0)) return 0;
+    const int32_t beyond = next_of(t->corner_twin[next_of(c)]);
+    const int32_t q = t->corner_vert[next_of(beyond)];
+    int32_t carrier;
+    const double at = shim_surface_split_parameter(surface, s, &carrier);
+    const double one = parameter_on(surface, t, carrier, p), other = parameter_on(surface, t, carrier, q);
+    return (one - at) * (other - at) < 0 && !shim_surface_adjacent(surface, p, q);
+}
+
+/* One edit, if the one that was drawn is legal here. `surface`: whole or part. more_splits: 0 none, 2 instead of unsplits. */
+static void random_edit(shim_surface* surface, uint64_t* seed, int more_splits, tally* n) {
+    const shim_table t = shim_surface_table(surface);
+    int32_t c = random_below(seed, (int32_t)t.corners);
+    int32_t what = random_below(seed, 6);
+    if (more_splits == 2 && what > 2) what = 2;
+    if (t.corner_vert[c] < 0 || !shim_surface_may_edit(surface, c) || !shim_surface_has_room(surface)) return;
+    const int32_t twin = t.corner_twin[c];
+    if (what < 2) {
+        if (twin < 0) return;
+        const int32_t u = t.corner_vert[prev_of(c)], v = t.corner_vert[prev_of(twin)];
+        if (u == v || shim_surface_adjacent(surface, u, v)) return;
+        const int32_t around[4] = {next_of(c), prev_of(c), next_of(twin), prev_of(twin)};
+        for (int i = 0; i < 4; ++i) n->flips_beside_cuts += t.corner_twin[around[i]] <= -2;
+        shim_surface_flip(surface, c);
+        ++n->flips;
+    } else if (what == 2) {
+        if (!more_splits || twin <= -2) return;
+        int32_t piece;
+        assert_int_equal(shim_surface_split_everywhere(surface, c, 0.25 + 0.25 * (random_unit(seed) + 1), &piece, 1), 1);
+        ++n->splits;
+    } else { /* of the first corner from here on where it is possible */
+        for (int32_t step = 0; step < 60; ++step, c = (c + 1) % (int32_t)t.corners) {
+            if (t.corner_vert[c] < 0 || !shim_surface_may_edit(surface, c) || !unsplit_is_legal(surface, &t, c)) continue;
+            const int32_t beyond = next_of(t.corner_twin[next_of(c)]);
+            if (!shim_surface_may_edit(surface, beyond)) continue;
+            shim_surface_unsplit(surface, c);
+            ++n->unsplits;
+            return;
+        }
+    }
+}
+
+static void trials(soup start, uint64_t seed, int rounds) {
+    model m = model_of_soup(&start);
+    const int32_t given = shim_surface_table(m.surface).vertices;
+    const topology before = checked(m.surface);
+    tally n = {0, 0, 0, 0, 0, 0};
+    for (int round = 0; round < rounds; ++round) {
+        const shim_table t = shim_surface_table(m.surface);
+        const int keep = random_below(&seed, 3) != 0;
+        const int32_t edits = 1 + random_below(&seed, round % 16 == 0 ? 300 : 24);
+        const int more = t.vertices_in_use < 3 * (int64_t)before.vertices;
+        snapshot was = snapshot_of(m.surface);
+        shim_surface_begin_trial(m.surface);
+        const uint64_t seed_of_trial = seed;
+        tally ignored = n;
+        for (int32_t i = 0; i < edits; ++i) random_edit(m.surface, &seed, more, keep ? &n : &ignored);
+        const topology during = checked(m.surface);
+        assert_true(during.euler == before.euler && during.components == before.components && during.loops == before.loops);
+        if (keep) {
+            snapshot is = snapshot_of(m.surface);
+            /* What is kept is what the trial made; and the same after an undone one, numbers and all. */
+            if (round % 4 == 0) {
+                shim_surface_undo_trial(m.surface);
+                expect_snapshot(m.surface, &was, "undone first");
+                shim_surface_begin_trial(m.surface);
+                uint64_t same = seed_of_trial;
+                tally unused = n;
+                for (int32_t i = 0; i < edits; ++i) random_edit(m.surface, &same, more, &unused);
+                assert_true(same == seed);
+                expect_snapshot(m.surface, &is, "done twice");
+            }
+            free_snapshot(&is);
+            shim_surface_keep_trial(m.surface);
+            ++n.kept;
+        } else {
+            shim_surface_undo_trial(m.surface);
+            expect_snapshot(m.surface, &was, "undone");
+            ++n.undone;
+        }
+        free_snapshot(&was);
+        const topology after = checked(m.surface);
+        assert_true(after.euler == before.euler && after.components == before.components && after.loops == before.loops);
+        const shim_table now = shim_surface_table(m.surface);
+        int64_t used = 0; /* every vertex has faces: all that is not in use is free */
+        for (int32_t v = 0; v < now.vertices; ++v) used += now.vert_corner[v] >= 0;
+        assert_int_equal(now.vertices_in_use, used);
+        check_books(m.surface);
+    }
+    if (n.flips < rounds || n.splits < rounds / 8 || n.unsplits < rounds / 8 || n.kept < rounds / 4 || n.undone < rounds / 8)
+        fail_msg("%d flips, %d splits, %d unsplits: too few", (int)n.flips, (int)n.splits, (int)n.unsplits);
+    if (shim_surface_table(m.surface).roots != 0 && n.flips_beside_cuts < rounds / 8)
+        fail_msg("%d flips beside cuts: too few", (int)n.flips_beside_cuts);
+    /* Numbers are used again, but for vertices between split vertices. */
+    assert_true(shim_surface_table(m.surface).vertices - given < n.splits);
+    free_model(&m);
+}
+
+static void test_trials_torus(void** state) {
+    (void)state;
+    trials(torus(4, 4, 0, 0), 1, 800);
+    trials(torus(7, 5, 0.1, 2), 3, 800);
+}
+static void test_trials_disc(void** state) {
+    (void)state;
+    trials(sheet(4, 4, 1, 0.1, 4), 5, 800);
+    trials(fan(9, 6), 7, 800);
+}
+static void test_trials_book(void** state) {
+    (void)state;
+    trials(book(3, 3, 0, 0), 9, 800);
+    trials(book(5, 2, 0.1, 10), 11, 800);
+}
+
+/* ---- parts ----------------------------------------------------------------------------------------------------------------- */
+
+enum { kNobody = 255 };
+
+/* Owners of a sheet's vertices by their column: 0 on the left, 1 on the right, nobody where they have neighbours on both sides. */
+static void find_owners(shim_surface* surface, double border, uint8_t* owner) {
+    const shim_table t = shim_surface_table(surface);
+    for (int32_t v = 0; v < t.vertices; ++v) owner[v] = t.pos[3 * v] < border ? 0 : 1;
+    uint8_t* const at_border = (uint8_t*)calloc((size_t)t.vertices + 1, 1);
+    for (int32_t c = 0; c < t.corners; ++c) {
+        if (t.corner_vert[c] < 0) continue;
+        const int32_t a = t.corner_vert[c], b = t.corner_vert[next_of(c)];
+        if (owner[a] != owner[b] || t.corner_twin[c] <= -2)
+            at_border[a] = at_border[b] = at_border[t.corner_vert[prev_of(c)]] = 1;
+    }
+    for (int32_t v = 0; v < t.vertices; ++v)
+        if (at_border[v]) owner[v] = kNobody;
+    free(at_border);
+}
+
+static void parts(soup start, double border, uint64_t seed, int turns) {
+    enum { kVerts = 30, kMost = 20000 };
+    model m = model_of_soup(&start);
+    const topology before = checked(m.surface);
+    uint8_t* const owner = (uint8_t*)malloc(kMost);
+    tally n = {0, 0, 0, 0, 0, 0};
+    int filled = 0;
+    for (int turn = 0; turn < turns; ++turn) {
+        find_owners(m.surface, border, owner);
+        const shim_table was = shim_surface_table(m.surface);
+        const shim_share all = shim_surface_grow_blank(m.surface, 2 * kVerts, 4 * kVerts, 2 * kVerts);
+        assert_int_equal(all.to[0] - all.from[0], 2 * kVerts);
+        assert_int_equal(all.to[1] - all.from[1], 4 * kVerts);
+        assert_int_equal(all.from[0], was.vertices);
+        assert_true(all.to[0] < kMost);
+        shim_surface* part[2];
+        for (int i = 0; i < 2; ++i) {
+            shim_share share = all;
+            for (int k = 0; k < 3; ++k) {
+                const int32_t half = (all.to[k] - all.from[k]) / 2;
+                share.from[k] = all.from[k] + i * half;
+                share.to[k] = share.from[k] + half;
+            }
+            memset(owner + share.from[0], i, kVerts);
+            part[i] = shim_surface_part(m.surface, (uint8_t)i);
+            shim_surface_supply(part[i], m.surface, &share, owner);
+            assert_true(shim_surface_has_room(part[i]));
+        }
+        const int32_t steps = turn % 3 == 2 ? 200 : 40;
+        for (int32_t step = 0; step < steps; ++step) {
+            if (step == 150) { /* further numbers for one of them, while what it has is kept */
+                const shim_share more = shim_surface_grow_blank(m.surface, kVerts / 3, kVerts / 3 * 2, kVerts / 3);
+                assert_true(more.to[0] < kMost);
+                const uint8_t which = turn % 2;
+                memset(owner + more.from[0], which, kVerts / 3);
+                for (int i = 0; i < 2; ++i) shim_surface_supply(part[i], m.surface, i == which ? &more : NULL, owner);
+                assert_true(shim_surface_has_room(part[which]));
+            }
+            const int i = random_below(&seed, 2);
+            const int open = random_below(&seed, 4); /* 0: no trial, 1: undone, else kept */
+            const int64_t dead = shim_surface_table(part[i]).dead_faces;
+            snapshot copy = snapshot_of(part[i]);
+            if (open != 0) shim_surface_begin_trial(part[i]);
+            tally ignored = n;
+            const int32_t edits = open == 0 ? 1 : 1 + random_below(&seed, 30);
+            for (int32_t k = 0; k < edits; ++k) random_edit(part[i], &seed, turn % 3 == 1 ? 2 : 1, open == 1 ? &ignored : &n);
+            if (open == 1) {
+                shim_surface_undo_trial(part[i]);
+                expect_snapshot(part[i], &copy, "undone in a part");
+                assert_int_equal(shim_surface_table(part[i]).dead_faces, dead);
+            } else if (open > 1)
+                shim_surface_keep_trial(part[i]);
+            free_snapshot(&copy);
+        }
+        for (int i = 0; i < 2; ++i) filled += !shim_surface_has_room(part[i]);
+        for (int i = 0; i < 2; ++i) shim_surface_take_back(m.surface, part[i]);
+        for (int i = 0; i < 2; ++i) assert_false(shim_surface_has_room(part[i])); /* nothing is left to it */
+        for (int i = 0; i < 2; ++i) shim_surface_free(part[i]);
+        const topology after = checked(m.surface);
+        assert_true(after.euler == before.euler && after.components == before.components && after.loops == before.loops);
+        check_books(m.surface);
+        shim_table now = shim_surface_table(m.surface);
+        int64_t used = 0;
+        for (int32_t v = 0; v < now.vertices; ++v) used += now.vert_corner[v] >= 0;
+        assert_int_equal(now.vertices_in_use, used);
+        /* Nobody's faces are as they were: their vertices, at least. What was free is used before the table grows: on vertices of
+         * the input, for those between split vertices get new numbers. */
+        for (int32_t free_numbers = (int32_t)(now.vertices - now.vertices_in_use), i = 0; i < free_numbers && i < 8;) {
+            const int32_t c = random_below(&seed, (int32_t)now.corners);
+            now = shim_surface_table(m.surface);
+            if (now.corner_vert[c] < 0 || now.corner_vert[c] >= now.first_split ||
+                now.corner_vert[next_of(c)] >= now.first_split || now.corner_twin[c] <= -2)
+                continue;
+            int32_t piece;
+            assert_int_equal(shim_surface_split_everywhere(m.surface, c, 0.5, &piece, 1), 1);
+            const shim_table grown = shim_surface_table(m.surface);
+            assert_int_equal(grown.vertices, now.vertices);
+            assert_int_equal(grown.corners, now.corners);
+            assert_int_equal(grown.vertices_in_use, now.vertices_in_use + 1);
+            ++i;
+        }
+        checked(m.surface);
+        check_books(m.surface);
+    }
+    if (filled == 0 || n.flips < turns || n.splits < turns || n.unsplits < turns / 2)
+        fail_msg("%d flips, %d splits, %d unsplits, %d parts full: too few", (int)n.flips, (int)n.splits, (int)n.unsplits,
+                 filled);
+    free(owner);
+    free_model(&m);
+}
+
+static void test_parts(void** state) {
+    (void)state;
+    parts(sheet(12, 8, 1, 0.1, 21), 6, 22, 30);
+    parts(torus(16, 6, 0.1, 23), 0, 24, 30);
+    parts(book(3, 9, 0.1, 25), 0, 26, 30);
+}
+
+/* A part that is full says so, and a trial that is undone makes it free again. */
+static void test_part_is_full(void** state) {
+    (void)state;
+    for (int what = 0; what < 3; ++what) { /* vertices, faces, carriers are too few */
+        soup s = torus(6, 6, 0, 0);
+        model m = model_of_soup(&s);
+        static uint8_t owner[200];
+        const int32_t few = 3;
+        const shim_share share =
+            shim_surface_grow_blank(m.surface, what == 0 ? few : 40, what == 1 ? 2 * few + 1 : 80, what == 2 ? few : 40);
+        shim_surface* const part = shim_surface_part(m.surface, 0);
+        shim_surface_supply(part, m.surface, &share, owner);
+        for (int turn = 0; turn < 3; ++turn) {
+            shim_surface_begin_trial(part);
+            int32_t splits = 0, piece;
+            for (; shim_surface_has_room(part); ++splits)
+                shim_surface_split_everywhere(part, 6 * splits, 0.5, &piece, 1); /* edges of the grid, far enough apart */
+            assert_int_equal(splits, few);
+            if (turn < 2) {
+                shim_surface_undo_trial(part);
+                assert_true(shim_surface_has_room(part));
+            } else
+                shim_surface_keep_trial(part);
+        }
+        assert_false(shim_surface_has_room(part));
+        if (what != 0) { /* faces and carriers that go come back at once, vertices only where their lines end at the input */
+            shim_surface_unsplit(part, 0);
+            assert_true(shim_surface_has_room(part));
+        }
+        shim_surface_take_back(m.surface, part);
+        shim_surface_free(part);
+        checked(m.surface);
+        check_books(m.surface);
+        free_model(&m);
+    }
+}
+
+/* What two threads may do at the same time is decided by may_edit: never the same edge, and never one at the border. */
+static void test_may_edit(void** state) {
+    (void)state;
+    soup s = sheet(6, 4, 1, 0, 0);
+    model m = model_of_soup(&s);
+    uint8_t owner[40];
+    find_owners(m.surface, 3.5, owner);
+    shim_surface* const left = shim_surface_part(m.surface, 0);
+    shim_surface* const right = shim_surface_part(m.surface, 1);
+    shim_surface_supply(left, m.surface, NULL, owner);
+    shim_surface_supply(right, m.surface, NULL, owner);
+    const shim_table t = shim_surface_table(m.surface);
+    int counts[3] = {0, 0, 0};
+    for (int32_t c = 0; c < t.corners; ++c) {
+        assert_true(shim_surface_may_edit(m.surface, c)); /* the whole is nobody else's */
+        const int l = shim_surface_may_edit(left, c), r = shim_surface_may_edit(right, c);
+        assert_false(l && r);
+        ++counts[l ? 0 : r ? 1 : 2];
+        double low = 1e9, high = -1e9; /* x of the up to four vertices around the edge */
+        const int32_t around[4] = {c, next_of(c), prev_of(c), t.corner_twin[c] >= 0 ? prev_of(t.corner_twin[c]) : c};
+        for (int i = 0; i < 4; ++i) {
+            low = fmin(low, t.pos[3 * t.corner_vert[around[i]]]);
+            high = fmax(high, t.pos[3 * t.corner_vert[around[i]]]);
+        }
+        assert_int_equal(l, high <= 2); /* columns 3 and 4 are each other's neighbours */
+        assert_int_equal(r, low >= 5);
+    }
+    assert_true(counts[0] > 0 && counts[1] > 0 && counts[2] > 0);
+    assert_false(shim_surface_has_room(left));
+    shim_surface_free(left);
+    shim_surface_free(right);
+    free_model(&m);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_copy),
@@ -739,6 +1248,14 @@ int main(void) {
         cmocka_unit_test(test_walk_torus),
         cmocka_unit_test(test_walk_disc),
         cmocka_unit_test(test_walk_book),
+        cmocka_unit_test(test_unsplit),
+        cmocka_unit_test(test_numbers_in_trials),
+        cmocka_unit_test(test_trials_torus),
+        cmocka_unit_test(test_trials_disc),
+        cmocka_unit_test(test_trials_book),
+        cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_part_is_full),
+        cmocka_unit_test(test_may_edit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

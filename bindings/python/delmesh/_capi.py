@@ -98,7 +98,7 @@ class delmesh_mesh_info(C.Structure):
 
 class delmesh_remesh_options(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("mode", C.c_int32), ("placement", C.c_int32), ("boundary", C.c_int32),
-        ("precision", C.c_int32), ("strict", C.c_int32), ("compact", C.c_int32), ("reserved0", C.c_int32),
+        ("precision", C.c_int32), ("strict", C.c_int32), ("compact", C.c_int32), ("effort", C.c_int32),
         ("feature_angle", C.c_double), ("max_normal_turn", C.c_double), ("shell_unit", C.c_double), ("tolerance", C.c_double),
         ("max_vertices", C.c_int64), ("split_budget", C.c_int64)]
 
@@ -111,7 +111,18 @@ class delmesh_remesh_report(C.Structure):
         ("kept_splits", C.c_int64), ("collapsed_edges", C.c_int64), ("removed_zero_area_faces", C.c_int64),
         ("moved_within_tolerance", C.c_int64), ("surface_bound", C.c_double), ("seconds_total", C.c_double),
         ("seconds_repair", C.c_double), ("seconds_flip", C.c_double), ("seconds_split", C.c_double),
-        ("seconds_certify", C.c_double), ("peak_bytes", C.c_uint64), ("topology_kept", C.c_int32), ("reserved0", C.c_int32)]
+        ("seconds_certify", C.c_double), ("peak_bytes", C.c_uint64), ("topology_kept", C.c_int32), ("worst_face", C.c_int32),
+        ("split_on_boundary", C.c_int64), ("split_on_kept", C.c_int64), ("split_crowded", C.c_int64),
+        ("split_on_caps", C.c_int64), ("split_at_small_angles", C.c_int64), ("split_on_flipped", C.c_int64),
+        ("split_elsewhere", C.c_int64), ("split_merged", C.c_int64), ("worst_edge_from", C.c_int32), ("worst_edge_to", C.c_int32),
+        ("worst_edge_splits", C.c_int64), ("worst_face_splits", C.c_int64)]
+
+
+class delmesh_preserve_estimate(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("exact", C.c_int32), ("outcome", C.c_int32), ("reserved0", C.c_int32),
+        ("vertices_in", C.c_int64), ("vertices_out", C.c_int64), ("growth", C.c_double), ("deviation", C.c_double),
+        ("nld_edges", C.c_int64), ("sampled_edges", C.c_int64), ("faces_run", C.c_int64), ("seconds", C.c_double),
+        ("peak_bytes", C.c_uint64)]
 
 
 class delmesh_certify_options(C.Structure):
@@ -153,12 +164,13 @@ class delmesh_api(C.Structure):
         ("remesh_options_init", C.c_void_p), ("remesh_report_init", C.c_void_p), ("remesh", C.c_void_p),
         ("certify_options_init", C.c_void_p), ("certify_report_init", C.c_void_p), ("certify", C.c_void_p),
         ("quality_report_init", C.c_void_p), ("measure_quality", C.c_void_p), ("distance_options_init", C.c_void_p),
-        ("distance_report_init", C.c_void_p), ("measure_distance", C.c_void_p)]
+        ("distance_report_init", C.c_void_p), ("measure_distance", C.c_void_p), ("preserve_estimate_init", C.c_void_p),
+        ("estimate_preserve", C.c_void_p)]
 
 
 STRUCTS = (delmesh_view, delmesh_view_mut, delmesh_context_options, delmesh_mesh_desc, delmesh_mesh_info, delmesh_remesh_options,
-    delmesh_remesh_report, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report, delmesh_distance_options,
-    delmesh_distance_report, delmesh_api)
+    delmesh_remesh_report, delmesh_preserve_estimate, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report,
+    delmesh_distance_options, delmesh_distance_report, delmesh_api)
 PROTOTYPES = {
     "delmesh_context_options_init": (None, C.POINTER(delmesh_context_options), C.c_uint32),
     "delmesh_context_create": (C.c_int32, C.POINTER(delmesh_context_options), C.POINTER(C.c_void_p)),
@@ -180,6 +192,9 @@ PROTOTYPES = {
     "delmesh_remesh_report_init": (None, C.POINTER(delmesh_remesh_report), C.c_uint32),
     "delmesh_remesh": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_remesh_options), C.POINTER(C.c_void_p),
         C.POINTER(delmesh_remesh_report)),
+    "delmesh_preserve_estimate_init": (None, C.POINTER(delmesh_preserve_estimate), C.c_uint32),
+    "delmesh_estimate_preserve": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_remesh_options),
+        C.POINTER(delmesh_preserve_estimate)),
     "delmesh_certify_options_init": (None, C.POINTER(delmesh_certify_options), C.c_uint32),
     "delmesh_certify_report_init": (None, C.POINTER(delmesh_certify_report), C.c_uint32),
     "delmesh_certify": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_certify_options), C.POINTER(delmesh_certify_report)),

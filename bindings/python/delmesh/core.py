@@ -56,6 +56,7 @@ def _report_type(name, struct, *more):
 
 MeshInfo = _report_type("MeshInfo", _capi.delmesh_mesh_info)
 RemeshReport = _report_type("RemeshReport", _capi.delmesh_remesh_report)
+PreserveEstimate = _report_type("PreserveEstimate", _capi.delmesh_preserve_estimate)
 CertifyReport = _report_type("CertifyReport", _capi.delmesh_certify_report, "nld_edges", "zero_area_face_list")
 QualityReport = _report_type("QualityReport", _capi.delmesh_quality_report)
 DistanceReport = _report_type("DistanceReport", _capi.delmesh_distance_report)
@@ -377,13 +378,22 @@ def remesh(mesh, mode="preserve", *, progress=None, cancel=None, context=None, *
 
     mode: "preserve", "flip" or "feature". Options are the fields of delmesh_remesh_options, by name, with the choices as words:
     placement="interval" | "shells", boundary="nonobtuse" | "ignore", precision="float32" | "float64" (here the default is that of
-    the mesh), strict, compact, feature_angle, max_normal_turn, shell_unit, tolerance, max_vertices, split_budget.
+    the mesh), strict, compact, feature_angle, max_normal_turn, shell_unit, tolerance, max_vertices, split_budget,
+    effort (preserve: 0 plain rule, 1 look ahead, more: search for fewer vertices).
     """
     context, source = _prepare(context, cancel, mesh)
     settings, out = _initialised(context._library, _capi.delmesh_remesh_options), C.c_void_p()
     _set_options(settings, {"precision": source.info.precision, **options, "mode": mode})
     report = _run(context, "remesh", [source._handle.pointer, settings, out], RemeshReport, progress, cancel, out)
     return Mesh._made(context._library, out), report
+
+
+def estimate_preserve(mesh, *, progress=None, cancel=None, context=None, **options):
+    """How many vertices remesh(mesh, "preserve", **options) would return, without doing all of it: -> PreserveEstimate."""
+    context, source = _prepare(context, cancel, mesh)
+    settings = _initialised(context._library, _capi.delmesh_remesh_options)
+    _set_options(settings, {"precision": source.info.precision, **options})
+    return _run(context, "estimate_preserve", [source._handle.pointer, settings], PreserveEstimate, progress, cancel)
 
 
 def certify(mesh, *, boundary="nonobtuse", listed=False, progress=None, cancel=None, context=None):

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "algo/hand_out.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "algo/parallel_slices.h"
+
+namespace dm {
+namespace {
+
+int32_t source_of(const Mesh& in, const Surface& s, int32_t v) {
+    v = s.copied(v);
+    return in.imported && !in.vert_source.empty() ? in.vert_source[v] : v;
+}
+
+// Finds source faces. Made only when a split vertex asks for one, since it takes a pass over the mesh.
+class Locator {
+public:
+    Locator(const Mesh& mesh, Memory& memory) : in(mesh), vert_corner(memory) {}
+
+    // The place of x on the source, by walking through the faces from those around `from`; x lies on it up to `reach`, as
+    // points inside flat patches do. False if the walk ends elsewhere.
+    bool locate(int32_t from, const Vec3& x, double reach, VertexMap& map) {
+        if (vert_corner.empty()) {
+            vert_corner.assign(in.vertices(), -1);
+            for (int32_t c = in.corners() - 1; c >= 0; --c) vert_corner[in.corner_vert[c]] = c;
+        }
+        int32_t c = vert_corner[from];
+        if (c < 0) return false;
+        // Start in the face around `from` that comes nearest to holding x.
+        int32_t best = c;
+        double best_weight = -std::numeric_limits<double>::infinity();
+        for (int32_t k = c, steps = 0; steps < kMostSteps; ++steps) {
+            const double weight = weights_in(face_of(k), x).least();
+            if (weight > best_weight) best_weight = weight, best = k;
+            k = in.corner_twin[prev_corner(k)];
+            if (k < 0 || k == c) break;
+        }
+        int32_t f = face_of(best);
+        for (int32_t steps = 0; steps < kMostSteps; ++steps) {
+            const Weights w = weights_in(f, x);
+            const int least = w.w[0] <= w.w[1] ? (w.w[0] <= w.w[2] ? 0 : 2) : (w.w[1] <= w.w[2] ? 1 : 2);
+            if (!(w.w[least] < -1e-9)) {
+                if (!(w.height <= reach)) return false;
+                const double sum = std::max(0.0, w.w[0]) + std::max(0.0, w.w[1]) + std::max(0.0, w.w[2]);
+                for (int k = 0; k < 3; ++k) {
+                    const int32_t v = in.corner_vert[3 * f + k];
+                    map.vert[k] = in.imported && !in.vert_source.empty() ? in.vert_source[v] : v;
+                    map.weight[k] = std::max(0.0, w.w[k]) / sum;
+                }
+                return true;
+            }
+            const int32_t beyond = in.corner_twin[3 * f + (least + 1) % 3]; // the edge opposite to that corner
+            if (beyond < 0) return false;
+            f = face_of(beyond);
+        }
+        return false;
+    }
+
+private:
+    static constexpr int32_t kMostSteps = 4096;
+    struct Weights {
+        double w[3], height;
+        double least() const { return std::min({w[0], w[1], w[2]}); }
+    };
+    Weights weights_in(int32_t f, const Vec3& x) const {
+        const Vec3 a = in.position(in.corner_vert[3 * f]), b = in.position(in.corner_vert[3 * f + 1]),
+                   c = in.position(in.corner_vert[3 * f + 2]);
+        const Vec3 n = cross(b - a, c - a);
+        const double n2 = length_squared(n);
+        if (!(n2 > 0)) return {{-1, -1, -1}, std::numeric_limits<double>::infinity()};
+        const double wb = dot(n, cross(x - a, c - a)) / n2, wc = dot(n, cross(b - a, x - a)) / n2;
+        return {{1 - wb - wc, wb, wc}, std::fabs(dot(n, x - a)) / std::sqrt(n2)};
+    }
+
+    const Mesh& in;
+    Array<int32_t> vert_corner;
+};
+
+constexpr int64_t kGrain = 1 << 14;
+
+// Numbers of vertices in the result. Those before `base` keep theirs.
+struct Numbers {
+    explicit Numbers(Memory& memory) : moved(memory) {}
+    int32_t of(int32_t v) const { return v < base ? v : moved[v - base]; } // -1: left out
+    bool stays(int32_t v) const { return of(v) >= 0; }
+    int32_t base = 0;
+    Array<int32_t> moved;
+    int32_t originals = 0, count = 0;
+};
+
+// Leaves out split vertices that nobody has, and with `compact` all that no face uses.
+Status number_vertices(Context& context, Surface& s, bool compact, Numbers& numbers) {
+    const int32_t all = s.vertices();
+    int32_t base = compact ? 0 : s.first_split;
+    while (base < all && s.vert_corner[base] >= 0) ++base;
+    numbers.base = base;
+    numbers.moved.resize_uninitialized(all - base);
+    numbers.count = base;
+    numbers.originals = std::min(base, s.first_split);
+    for (int32_t v = base; v < all; ++v) {
+        const bool stays = s.vert_corner[v] >= 0;
+        numbers.moved[v - base] = stays ? numbers.count++ : -1;
+        if (stays && s.is_original(v)) ++numbers.originals;
+    }
+    if (numbers.count == all) return DELMESH_OK;
+    return context.parallel(s.corners(), 3 * kGrain, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t c = begin; c < end; ++c)
+            if (s.corner_vert[c] >= base) s.corner_vert[c] = numbers.moved[s.corner_vert[c] - base];
+    });
+}
+
+// Dead faces are closed up, in place, keeping the order: first inside of each block, then the blocks.
+Status close_up_faces(Context& context, Surface& s) {
+    const int64_t faces = s.faces(), blocks = block_count(faces, kGrain);
+    Array<int32_t> place(context.memory(), blocks + 1, 0); // of each block's first face, afterwards
+    DM_TRY(context.parallel(faces, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+        for (int64_t f = begin; f < end; ++f) place[block + 1] += s.is_dead(static_cast<int32_t>(f)) ? 0 : 1;
+    }));
+    for (int64_t b = 0; b < blocks; ++b) place[b + 1] += place[b];
+    int64_t first = 0; // the first block with a dead face: those before it stay
+    while (first < blocks && place[first + 1] == std::min(faces, (first + 1) * kGrain)) ++first;
+    const int64_t still = first * kGrain;
+    Array<int32_t> moved(context.memory(), faces - std::min(faces, still));
+    DM_TRY(context.parallel(moved.size(), kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+        int32_t next = place[first + block];
+        for (int64_t i = begin; i < end; ++i) moved[i] = s.is_dead(static_cast<int32_t>(still + i)) ? -1 : next++;
+    }));
+    DM_TRY(context.parallel(faces, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+        const auto moved_twin = [&](int32_t t) { return t < 0 || t < 3 * still ? t : 3 * moved[face_of(t) - still] + t % 3; };
+        if (block < first) {
+            for (int64_t c = 3 * begin; c < 3 * end; ++c) s.corner_twin[c] = moved_twin(s.corner_twin[c]);
+            return;
+        }
+        int64_t live = begin;
+        for (int64_t f = begin; f < end; ++f) {
+            if (moved[f - still] < 0) continue;
+            for (int32_t k = 0; k < 3; ++k) {
+                const int64_t from = 3 * f + k, to = 3 * live + k;
+                const int32_t t = s.corner_twin[from];
+                s.corner_vert[to] = s.corner_vert[from];
+                s.corner_bits[to] = s.corner_bits[from];
+                s.corner_twin[to] = moved_twin(t);
+                if (is_cut(t)) s.cut_slots[cut_slot(t)].corner = 3 * moved[f - still] + k;
+            }
+            s.face_src[live++] = s.face_src[f];
+        }
+    }));
+    for (int64_t b = first + 1; b < blocks; ++b) {
+        const int64_t from = b * kGrain, to = place[b], count = place[b + 1] - place[b];
+        const auto slide = [&](auto& array, int64_t each) {
+            std::copy_n(array.data() + each * from, each * count, array.data() + each * to);
+        };
+        slide(s.corner_vert, 3);
+        slide(s.corner_bits, 3);
+        slide(s.corner_twin, 3);
+        slide(s.face_src, 1);
+    }
+    const int64_t live = place[blocks];
+    s.corner_vert.resize_uninitialized(3 * live);
+    s.corner_bits.resize_uninitialized(3 * live);
+    s.corner_twin.resize_uninitialized(3 * live);
+    s.face_src.resize_uninitialized(live);
+    return DELMESH_OK;
+}
+
+struct Share {
+    int32_t vert;
+    double weight;
+};
+struct Shares {
+    Share of[6];
+    int count = 0;
+    void add(int32_t vert, double weight) {
+        for (int i = 0; i < count; ++i)
+            if (of[i].vert == vert) {
+                of[i].weight += weight;
+                return;
+            }
+        of[count++] = {vert, weight};
+    }
+    void sort() { // the largest first
+        for (int i = 1; i < count; ++i)
+            for (int k = i;
+                 k > 0 && (of[k].weight > of[k - 1].weight || (of[k].weight == of[k - 1].weight && of[k].vert < of[k - 1].vert));
+                 --k)
+                std::swap(of[k], of[k - 1]);
+    }
+    VertexMap first_three() const {
+        const int most = std::min(count, 3);
+        double sum = 0;
+        for (int i = 0; i < most; ++i) sum += of[i].weight;
+        VertexMap map{{of[0].vert, of[0].vert, of[0].vert}, {0, 0, 0}};
+        for (int i = 0; i < most; ++i) {
+            map.vert[i] = of[i].vert;
+            map.weight[i] = most == 1 ? 1 : sum == 1 ? of[i].weight : of[i].weight / sum;
+        }
+        return map;
+    }
+};
+
+// Where the split vertices lie on the source. The ends of a carrier may be split vertices themselves, older ones.
+Status trace_splits(Context& context, const Mesh& in, const Surface& s, const Numbers& numbers, double reach,
+                    Array<VertexMap>& maps) {
+    const int64_t splits = s.vertices() - s.first_split;
+    maps.resize_uninitialized(numbers.count - numbers.originals);
+    constexpr int64_t kSplits = 1 << 11;
+    Array<uint8_t> has_deep(context.memory(), block_count(splits, kSplits), 0);
+    DM_TRY(context.parallel(splits, kSplits, [&](int64_t block, int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+            const int32_t number = numbers.of(s.first_split + static_cast<int32_t>(i));
+            if (number < 0) continue;
+            const SplitVertex& split = s.split_vertices[i];
+            const Carrier& line = s.carriers[split.carrier];
+            if (!s.is_original(line.a) || !s.is_original(line.b)) {
+                has_deep[block] = 1;
+                continue;
+            }
+            Shares shares;
+            shares.add(source_of(in, s, line.a), 1 - split.t);
+            shares.add(source_of(in, s, line.b), split.t);
+            shares.sort();
+            maps[number - numbers.originals] = shares.first_three();
+        }
+    }));
+    Locator locator(in, context.memory());
+    const auto trace = [&](int32_t v, int32_t number) {
+        const SplitVertex& split = s.split_vertices[v - s.first_split];
+        const Carrier& line = s.carriers[split.carrier];
+        if (s.is_original(line.a) && s.is_original(line.b)) return;
+        Shares shares;
+        for (int end = 0; end < 2; ++end) {
+            const int32_t x = end == 0 ? line.a : line.b;
+            const double weight = end == 0 ? 1 - split.t : split.t;
+            if (s.is_original(x)) {
+                shares.add(source_of(in, s, x), weight);
+                continue;
+            }
+            constexpr VertexMap kNone{{0, 0, 0}, {1, 0, 0}}; // a number that nobody has
+            const int32_t older = numbers.of(x);
+            const VertexMap& m = older < 0 ? kNone : maps[older - numbers.originals];
+            for (int k = 0; k < 3; ++k)
+                if (m.weight[k] != 0) shares.add(m.vert[k], weight * m.weight[k]);
+        }
+        // Ends inside different edges make more than three. In a flat patch the point has a place on the source all the same; in
+        // the flip modes it may not, and then it is the three that matter most.
+        shares.sort();
+        VertexMap found;
+        bool located = false;
+        if (shares.count > 3)
+            for (int i = 0; i < shares.count && !located; ++i) located = locator.locate(shares.of[i].vert, s.at(v), reach, found);
+        maps[number - numbers.originals] = located ? found : shares.first_three();
+    };
+    for (int64_t block = 0; block < has_deep.size(); ++block) {
+        if (has_deep[block] == 0) continue;
+        const int64_t end = std::min(splits, (block + 1) * kSplits);
+        for (int64_t i = block * kSplits; i < end; ++i) {
+            const int32_t v = s.first_split + static_cast<int32_t>(i), number = numbers.of(v);
+            if (number >= 0) trace(v, number);
+        }
+    }
+    return DELMESH_OK;
+}
+
+} // namespace
+
+Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_remesh_options& options, double reach, Mesh& out) {
+    Memory& memory = context.memory();
+    if (s.dead_faces != 0) DM_TRY(close_up_faces(context, s));
+    DM_TRY(context.progress(0.2));
+    const int32_t all = s.vertices();
+    Numbers numbers(memory);
+    DM_TRY(number_vertices(context, s, options.compact != 0, numbers));
+    const int32_t count = numbers.count;
+    out.precision = options.precision == DELMESH_FLOAT32 ? Precision::f32 : Precision::f64;
+    out.vertex_count = count;
+    const auto write = [&](auto& positions, const auto& given) {
+        positions.resize_uninitialized(3 * static_cast<int64_t>(count));
+        // The input's own are handed out as they are.
+        const int64_t same = in.precision == out.precision ? std::min(numbers.base, s.first_copy) : 0;
+        return context.parallel(all, kGrain, [&](int64_t, int64_t begin, int64_t end) {
+            if (begin < same) {
+                std::copy(given.data() + 3 * begin, given.data() + 3 * std::min(same, end), positions.data() + 3 * begin);
+                begin = std::min(same, end);
+            }
+            for (int32_t v = static_cast<int32_t>(begin); v < end; ++v) {
+                if (!numbers.stays(v)) continue;
+                using Real = std::remove_reference_t<decltype(positions[0])>;
+                const Vec3 x = s.is_original(v) ? round_to(out.precision, in.position(s.copied(v))) : s.at(v);
+                const int64_t i = 3 * static_cast<int64_t>(numbers.of(v));
+                positions[i] = static_cast<Real>(x.x); // exact: rounded when it was made
+                positions[i + 1] = static_cast<Real>(x.y);
+                positions[i + 2] = static_cast<Real>(x.z);
+            }
+        });
+    };
+    DM_TRY(out.precision == Precision::f32 ? write(out.pos32, in.pos32) : write(out.pos64, in.pos64));
+    DM_TRY(context.progress(0.5));
+    // Where everything comes from.
+    DM_TRY(trace_splits(context, in, s, numbers, reach, out.split_map));
+    out.first_split = numbers.originals;
+    if (options.compact != 0 || (in.imported && !in.vert_source.empty()) || s.first_split != s.first_copy ||
+        all != s.first_split) {
+        out.vert_source.resize_uninitialized(count);
+        DM_TRY(context.parallel(all, kGrain, [&](int64_t, int64_t begin, int64_t end) {
+            for (int32_t v = static_cast<int32_t>(begin); v < end; ++v)
+                if (numbers.stays(v)) out.vert_source[numbers.of(v)] = s.is_original(v) ? source_of(in, s, v) : -1;
+        }));
+    }
+    if (!s.vert_root.empty() || s.first_split != s.first_copy || !in.vert_join.empty()) {
+        out.vert_join.reserve(count);
+        Array<int32_t> stand_in(memory); // for a root that is left out: the first of its copies that stays
+        if (count != all) stand_in.assign(all, -1);
+        for (int32_t v = 0; v < all; ++v) {
+            if (!numbers.stays(v)) continue;
+            int32_t root = v;
+            if (!s.vert_root.empty())
+                root = s.root(v);
+            else if (s.is_original(v)) {
+                root = s.copied(v);
+                if (!in.vert_join.empty()) root = in.vert_join[root];
+            }
+            if (!numbers.stays(root)) {
+                if (stand_in[root] < 0) stand_in[root] = v;
+                root = stand_in[root];
+            }
+            out.vert_join.push_back(numbers.of(root));
+        }
+    }
+    const bool same_faces = s.faces() == in.faces() && s.dead_faces == 0;
+    const bool look_through = in.imported && !in.face_source.empty();
+    if (look_through || !same_faces) {
+        if (look_through)
+            DM_TRY(context.parallel(s.face_src.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+                for (int64_t f = begin; f < end; ++f) s.face_src[f] = in.face_source[s.face_src[f]];
+            }));
+        out.face_source = std::move(s.face_src);
+    }
+    out.corner_vert = std::move(s.corner_vert);
+    out.corner_twin = std::move(s.corner_twin);
+    out.corner_bits = std::move(s.corner_bits);
+    out.cut_slots = std::move(s.cut_slots);
+    return DELMESH_OK;
+}
+
+} // namespace dm

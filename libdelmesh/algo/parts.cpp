@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+// The loop on parts of a large mesh at the same time.
+//
+// The NLD edges are halved at their median again and again, along the longest axis; the planes cut space into cells, and the cells
+// the mesh. A vertex is owned by its cell's part if all its neighbours are in the same cell. What a part changes are faces all of whose
+// vertices it owns, and what it reads has an owned vertex in sight, so that no two parts meet. Whatever is near a border is left
+// to the loop on the whole, which comes after. The parts depend on the mesh alone: the result is the same for any number of threads.
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <new>
+
+#include "algo/loop.h"
+
+namespace dm {
+namespace {
+
+constexpr int64_t kEdgesPerPart = 1024; // at least: a smaller part is mostly border
+constexpr int32_t kMostLevels = 6;
+constexpr uint8_t kNobody = 255;
+
+constexpr int64_t kStepsPerSlice = 65536; // of all parts together, flips and splits: about a tenth of a second. A trial is eight.
+constexpr int kMostTurns = 8, kMostRefills = 64;
+constexpr int32_t kMoreMoves = 256;
+
+// Planes that cut space into 2^levels cells, as an implicit binary tree. A mirrored mesh has the mirrored cells: a plane lies
+// midway between the two middle points, and what is on it belongs to neither side.
+struct Cells {
+    int levels = 0;
+    int8_t axis[1 << kMostLevels] = {};
+    double at[1 << kMostLevels] = {};
+
+    static double coordinate(const Vec3& x, int axis) { return axis == 0 ? x.x : axis == 1 ? x.y : x.z; }
+    uint8_t of(const Vec3& x) const {
+        int node = 1;
+        for (int level = 0; level < levels; ++level) {
+            const double here = coordinate(x, axis[node]);
+            if (here == at[node]) return kNobody;
+            node = 2 * node + (here < at[node] ? 0 : 1);
+        }
+        return static_cast<uint8_t>(node - (1 << levels));
+    }
+    void cut(Vec3* points, int64_t count, int node, int level) {
+        if (level == levels || count == 0) return;
+        Vec3 low = points[0], high = points[0];
+        for (int64_t i = 1; i < count; ++i) {
+            const Vec3& x = points[i];
+            low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+            high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+        }
+        const Vec3 size = high - low;
+        const int k = size.x >= size.y ? (size.x >= size.z ? 0 : 2) : (size.y >= size.z ? 1 : 2);
+        const auto less = [k](const Vec3& a, const Vec3& b) { return coordinate(a, k) < coordinate(b, k); };
+        Vec3* const end = points + count;
+        Vec3* const middle = points + count / 2;
+        std::nth_element(points, middle, end, less);
+        double plane = coordinate(*middle, k);
+        if (count % 2 == 0) plane = 0.5 * (plane + coordinate(*std::max_element(points, middle, less), k));
+        axis[node] = static_cast<int8_t>(k);
+        at[node] = plane;
+        Vec3* const below = std::partition(points, end, [&](const Vec3& x) { return coordinate(x, k) < plane; });
+        Vec3* const on = std::partition(below, end, [&](const Vec3& x) { return coordinate(x, k) == plane; });
+        cut(points, below - points, 2 * node, level + 1);
+        cut(on, end - on, 2 * node + 1, level + 1);
+    }
+};
+
+} // namespace
+
+class Parts {
+public:
+    explicit Parts(Loop& whole_) : whole(whole_), owner(whole_.context.memory()) {}
+    ~Parts() {
+        for (int32_t i = 0; i < count; ++i) parts[i].~Part();
+        whole.context.memory().deallocate(parts, static_cast<size_t>(1 << cells.levels) * sizeof(Part));
+    }
+    Parts(const Parts&) = delete;
+    Parts& operator=(const Parts&) = delete;
+
+    Status run() {
+        Array<Loop::Entry>& ready = whole.ready;
+        int64_t valid = 0;
+        for (const Loop::Entry& e : ready)
+            if (whole.still_nld(e)) ready[valid++] = e;
+        ready.resize_uninitialized(valid);
+        while ((kEdgesPerPart << (cells.levels + 1)) <= whole.ready.size() && cells.levels < kMostLevels) ++cells.levels;
+        if (cells.levels == 0) {
+            std::make_heap(ready.begin(), ready.end());
+            return DELMESH_OK;
+        }
+        cut_into_cells();
+        DM_TRY(find_owners());
+        DM_TRY(hand_out());
+        const int64_t steps = std::max<int64_t>(kStepsPerSlice / count, 64);
+        for (int refills = 0; refills <= kMostRefills;) {
+            DM_TRY(for_each([steps](Loop& part) { return part.steps_left = steps, part.drain(); }, 0));
+            bool waits = false; // with something to do and room to do it
+            for (int32_t i = 0; i < count; ++i) {
+                const Loop& loop = parts[i].loop;
+                waits |= !(loop.ready.empty() && loop.blocked.empty()) && loop.has_room();
+            }
+            if (waits) continue;
+            if (!refill()) break;
+            ++refills;
+        }
+        for (int32_t i = 0; i < count; ++i) set_aside(parts[i].loop);
+        if (whole.shrinks()) {
+            DM_TRY(for_each([](Loop& part) { return part.take_out_needless(); }, 0.3));
+            const int32_t rounds = whole.search_rounds();
+            for (int32_t round = 0; round < rounds; ++round) {
+                const double done = 0.3 + 0.7 * round / rounds;
+                DM_TRY(for_each([round](Loop& part) { return part.begin_search(round), DELMESH_OK; }, done));
+                for (bool left = true; left;) {
+                    DM_TRY(for_each([steps](Loop& part) { return part.search(steps / 8); }, done));
+                    left = false;
+                    for (int32_t i = 0; i < count; ++i) left |= parts[i].loop.trials_left > 0;
+                }
+            }
+        }
+        take_back();
+        return DELMESH_OK;
+    }
+
+private:
+    struct Part {
+        Part(Loop& whole, uint8_t number)
+            : surface(whole.s, number), patches(*whole.patches), loop(whole.context, surface, &patches, whole.rules, report) {}
+        Surface surface;
+        FlatPatches patches;
+        delmesh_remesh_report report{};
+        Loop loop;
+        Status status = DELMESH_OK;
+        int32_t more = 0; // vertices to be supplied next
+    };
+
+    void cut_into_cells() {
+        const Surface& s = whole.s;
+        Array<Vec3> middles(whole.context.memory());
+        middles.reserve(whole.ready.size());
+        for (const Loop::Entry& e : whole.ready) middles.push_back(0.5 * (s.at(e.p) + s.at(e.q)));
+        cells.cut(middles.data(), middles.size(), 1, 0);
+        // Parts are numbered by the first vertex pair of their edges: a mirrored mesh has the same first, not the same left.
+        struct First {
+            VertexPair edge{std::numeric_limits<int32_t>::max(), std::numeric_limits<int32_t>::max()};
+            uint8_t cell = 0;
+        } firsts[1 << kMostLevels];
+        const int32_t most = 1 << cells.levels;
+        for (int32_t i = 0; i < most; ++i) firsts[i].cell = static_cast<uint8_t>(i);
+        for (const Loop::Entry& e : whole.ready) {
+            const uint8_t cell = cells.of(0.5 * (s.at(e.p) + s.at(e.q)));
+            if (cell != kNobody) firsts[cell].edge = std::min(firsts[cell].edge, VertexPair(e.p, e.q));
+        }
+        std::sort(firsts, firsts + most,
+                  [](const First& a, const First& b) { return a.edge < b.edge || (!(b.edge < a.edge) && a.cell < b.cell); });
+        for (int32_t i = 0; i < most; ++i) part_of_cell[firsts[i].cell] = static_cast<uint8_t>(i);
+    }
+
+    // Vertices that several threads find at the border are written the same value by each.
+    Status find_owners() {
+        Surface& s = whole.s;
+        owner.resize_uninitialized(s.vertices());
+        constexpr int64_t kGrain = 16384;
+        DM_TRY(whole.context.parallel(s.vertices(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t v = begin; v < end; ++v) {
+                const uint8_t cell = cells.of(s.at(static_cast<int32_t>(v)));
+                owner[v] = cell == kNobody ? kNobody : part_of_cell[cell];
+            }
+        }));
+        Array<uint8_t> at_border(whole.context.memory(), s.vertices(), 0);
+        DM_TRY(whole.context.parallel(s.faces(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+            const auto mark = [&](int32_t v) { std::atomic_ref<uint8_t>(at_border[v]).store(1, std::memory_order_relaxed); };
+            for (int32_t f = static_cast<int32_t>(begin); f < end; ++f) {
+                if (s.is_dead(f)) continue;
+                const int32_t c = 3 * f, a = s.vert(c), b = s.vert(c + 1), d = s.vert(c + 2);
+                // What was cut at import is one thing for several sheets, and too rare to bother.
+                const bool cut = is_cut(s.twin(c)) || is_cut(s.twin(c + 1)) || is_cut(s.twin(c + 2));
+                if (cut || owner[a] == kNobody || owner[a] != owner[b] || owner[b] != owner[d])
+                    for (const int32_t v : {a, b, d}) mark(v);
+            }
+        }));
+        for (int64_t v = 0; v < owner.size(); ++v)
+            if (at_border[v] != 0) owner[v] = kNobody;
+        // After the first turn there are split vertices. A carrier counts them, so they must be of one part all together.
+        constexpr uint8_t kUnseen = 254;
+        Array<uint8_t> carrier_owner(whole.context.memory(), s.carriers.size(), kUnseen);
+        for (int pass = 0; pass < 2; ++pass)
+            for (int32_t v = s.first_split; v < s.vertices(); ++v) {
+                if (s.vert_corner[v] < 0) continue;
+                uint8_t& all = carrier_owner[s.split_vertices[v - s.first_split].carrier];
+                if (pass == 1)
+                    owner[v] = all;
+                else if (all != owner[v])
+                    all = all == kUnseen ? owner[v] : kNobody;
+            }
+        return DELMESH_OK;
+    }
+
+    uint8_t owner_of(int32_t corner) const {
+        const Surface& s = whole.s;
+        const uint8_t part = owner[s.vert(corner)];
+        const bool all = owner[s.head(corner)] == part && owner[s.apex(corner)] == part &&
+                         (s.is_boundary(corner) || owner[s.apex(s.twin(corner))] == part);
+        return all ? part : kNobody;
+    }
+
+    // Makes the parts, and gives each its NLD edges. What is nobody's stays in the whole's queue.
+    Status hand_out() {
+        Memory& memory = whole.context.memory();
+        const int32_t most = 1 << cells.levels;
+        int32_t edges[1 << kMostLevels] = {};
+        for (const Loop::Entry& e : whole.ready)
+            if (const uint8_t part = owner_of(e.corner); part != kNobody) ++edges[part];
+        const double all = static_cast<double>(whole.ready.size());
+        parts = static_cast<Part*>(memory.allocate(static_cast<size_t>(most) * sizeof(Part)));
+        for (int32_t i = 0; i < most; ++i) {
+            new (&parts[i]) Part(whole, static_cast<uint8_t>(i));
+            ++count;
+            parts[i].more = edges[i] + edges[i] / 4 + 256;
+            Loop& loop = parts[i].loop;
+            loop.ready.reserve(edges[i]);
+            loop.pieces.reserve(4);
+            loop.trial_made.reserve(64);
+            loop.region.reserve(64);
+            loop.nld_at_start = Array<VertexPair>::alias(whole.nld_at_start);
+            loop.share = edges[i] / all;
+            whole.share -= loop.share;
+            loop.random_state = static_cast<uint64_t>(i + 1) << 32;
+        }
+        supply();
+        int64_t left = 0;
+        for (const Loop::Entry& e : whole.ready) {
+            const uint8_t part = owner_of(e.corner);
+            if (part == kNobody)
+                whole.ready[left++] = e;
+            else
+                parts[part].loop.ready.push_back(e);
+        }
+        whole.ready.resize_uninitialized(left);
+        std::make_heap(whole.ready.begin(), whole.ready.end());
+        for (int32_t i = 0; i < count; ++i) std::make_heap(parts[i].loop.ready.begin(), parts[i].loop.ready.end());
+        return DELMESH_OK;
+    }
+
+    template <class Work>
+    Status for_each(Work&& work, double done) {
+        DM_TRY(whole.context.progress(done));
+        DM_TRY(whole.context.parallel(count, 1, [&](int64_t i, int64_t, int64_t) { parts[i].status = work(parts[i].loop); }));
+        for (int32_t i = 0; i < count; ++i) DM_TRY(parts[i].status);
+        return DELMESH_OK;
+    }
+
+    // Numbers and memory for `more` vertices in each part, as far as the limit of vertices goes.
+    void supply() {
+        int64_t wanted = 0;
+        for (int32_t i = 0; i < count; ++i) wanted += parts[i].more;
+        const int64_t limit = std::max<int64_t>(0, whole.rules.max_vertices - whole.s.vertices_in_use());
+        int32_t all = 0;
+        for (int32_t i = 0; i < count; ++i) {
+            if (wanted > limit) parts[i].more = static_cast<int32_t>(limit * parts[i].more / wanted);
+            all += parts[i].more;
+        }
+        Surface::Supply supply = whole.s.grow_blank(all, 2 * all, all);
+        FlatPatches::Share patches = whole.patches->grow_blank(whole.s, count * kMoreMoves);
+        owner.reserve(owner.size() + all);
+        for (int32_t i = 0; i < count; ++i)
+            for (int32_t v = 0; v < parts[i].more; ++v) owner.push_back(static_cast<uint8_t>(i));
+        for (int32_t i = 0; i < count; ++i) {
+            Part& part = parts[i];
+            const int32_t more = part.more;
+            supply.verts.end = supply.verts.next + more;
+            supply.faces.end = supply.faces.next + 2 * more;
+            supply.carriers.end = supply.carriers.next + more;
+            part.surface.refresh(whole.s, owner.data());
+            part.patches.refresh(*whole.patches);
+            if (more > 0) {
+                part.surface.supply(supply);
+                part.patches.supply(patches.first(kMoreMoves));
+            }
+            supply.verts.next = supply.verts.end;
+            supply.faces.next = supply.faces.end;
+            supply.carriers.next = supply.carriers.end;
+            patches = patches.after(kMoreMoves);
+            Loop& loop = part.loop;
+            for (Array<Loop::Entry>* entries : {&loop.ready, &loop.blocked, &loop.deferred})
+                entries->reserve(entries->size() + 4 * static_cast<int64_t>(more) + 1024);
+            loop.own.reserve(loop.own.size() + 2 * static_cast<int64_t>(more));
+            loop.centres.reserve(loop.own.size() + 2 * static_cast<int64_t>(more));
+            part.more = 0;
+        }
+    }
+
+    // Supplies parts that stopped for want of room. False if there is none, or the limit of vertices forbids it.
+    bool refill() {
+        bool wanted = false;
+        for (int32_t i = 0; i < count; ++i) {
+            Loop& loop = parts[i].loop;
+            if (loop.ready.empty() && loop.blocked.empty()) continue;
+            parts[i].more = static_cast<int32_t>(std::min<int64_t>(loop.report.splits / 2 + 256, 1 << 24));
+            wanted = true;
+        }
+        if (!wanted || whole.s.vertices_in_use() + count >= whole.rules.max_vertices) return false;
+        supply();
+        return true;
+    }
+
+    // What a part had no room for is the whole's; trials begin with empty queues.
+    static void set_aside(Loop& part) {
+        for (Array<Loop::Entry>* entries : {&part.ready, &part.blocked}) {
+            for (const Loop::Entry& e : *entries) part.deferred.push_back(e);
+            entries->clear();
+        }
+        part.deferred.reserve(part.deferred.size() + 16);
+    }
+
+    // Everything that parts were not allowed to touch, or had no room for, is now for the whole.
+    void take_back() {
+        for (int32_t i = 0; i < count; ++i) {
+            Part& part = parts[i];
+            whole.s.take_back(part.surface);
+            for (const Loop::Entry& e : part.loop.deferred) whole.ready.push_back(e);
+            delmesh_remesh_report& sum = whole.report;
+            const delmesh_remesh_report& its = part.report;
+            sum.flips += its.flips;
+            sum.flips_after += its.flips_after;
+            sum.splits += its.splits;
+            sum.boundary_splits += its.boundary_splits;
+            sum.kept_splits += its.kept_splits;
+            sum.unflippable += its.unflippable;
+            sum.unflippable_2 += its.unflippable_2;
+            sum.unflippable_3 += its.unflippable_3;
+            sum.unflippable_4 += its.unflippable_4;
+            sum.guarded += its.guarded;
+            sum.moved_within_tolerance += its.moved_within_tolerance;
+        }
+        whole.splitting |= whole.report.splits != 0;
+        std::make_heap(whole.ready.begin(), whole.ready.end());
+    }
+
+    Loop& whole;
+    Cells cells;
+    uint8_t part_of_cell[1 << kMostLevels] = {};
+    Array<uint8_t> owner; // per vertex
+    Part* parts = nullptr;
+    int32_t count = 0;
+};
+
+Status Loop::run_parts() {
+    // What is left by the first parts is near their borders, or there was no room for: other parts may take it.
+    for (int turn = 0; turn < kMostTurns; ++turn) {
+        const int64_t before = ready.size();
+        if (before < 2 * kEdgesPerPart) break;
+        DM_TRY(Parts(*this).run());
+        if (ready.size() > before / 2) break;
+    }
+    return DELMESH_OK;
+}
+
+} // namespace dm
