@@ -31,7 +31,9 @@ static int32_t find_tamer(Session* session, const Loaded* loaded, double diagona
                   {"--tolerance 0.0001%", 1e-4, false}, {"--tolerance 0.001%", 1e-3, false},
                   {"--tolerance 0.01%", 1e-2, false},   {"--tolerance 0.1%", 0.1, false}};
     const double given = growth->options.tolerance;
-    for (int i = 0; i < (int)(sizeof tamers / sizeof tamers[0]); ++i) {
+    /* A hint is not worth waiting for: where the mesh is so bad that the tries take long, there is none. */
+    const double patience = 2, begin = seconds_now();
+    for (int i = 0; i < (int)(sizeof tamers / sizeof tamers[0]) && seconds_now() - begin < patience; ++i) {
         delmesh_remesh_options options = growth->options;
         if (tamers[i].ignore_boundary) {
             if (loaded->info.boundary_edges == 0 || options.boundary == DELMESH_BOUNDARY_IGNORE) continue;

@@ -92,7 +92,7 @@ def main():
         for path in malformed:
             run.malformed(path, True if path.name in VALID else None)
         for path in nasty:
-            run.call(path.name, ["info", path], 20, 2, (0, 2), False)
+            run.call(path.name, ["info", path], 60, 2, (0, 2), False)
             run.call(path.name, ["certify", path, "--list"], 20, 2, (0, 1, 2), False)
         rand = random.Random(2024)
         for path in malformed + nasty:
