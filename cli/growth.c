@@ -4,7 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { kMuch = 4 }; /* growth that is worth a word */
+enum {
+    kMuch = 4,         /* growth that is worth a word */
+    kMostWork = 500000 /* for the word about what helps: faces to remesh, times their growth. A few seconds */
+};
 
 const Choice kPrecisionChoices[] = {{"f32", DELMESH_FLOAT32}, {"f64", DELMESH_FLOAT64}, {NULL, 0}};
 
@@ -31,9 +34,9 @@ static int32_t find_tamer(Session* session, const Loaded* loaded, double diagona
                   {"--tolerance 0.0001%", 1e-4, false}, {"--tolerance 0.001%", 1e-3, false},
                   {"--tolerance 0.01%", 1e-2, false},   {"--tolerance 0.1%", 0.1, false}};
     const double given = growth->options.tolerance;
-    /* A hint is not worth waiting for: where the mesh is so bad that the tries take long, there is none. */
-    const double patience = 2, begin = seconds_now();
-    for (int i = 0; i < (int)(sizeof tamers / sizeof tamers[0]) && seconds_now() - begin < patience; ++i) {
+    /* A hint is not worth waiting for: on a mesh so bad that the tries would take long, there is none. */
+    double work = (double)growth->estimate.faces_run * growth->estimate.growth;
+    for (int i = 0; i < (int)(sizeof tamers / sizeof tamers[0]) && work < kMostWork; ++i) {
         delmesh_remesh_options options = growth->options;
         if (tamers[i].ignore_boundary) {
             if (loaded->info.boundary_edges == 0 || options.boundary == DELMESH_BOUNDARY_IGNORE) continue;
@@ -45,6 +48,7 @@ static int32_t find_tamer(Session* session, const Loaded* loaded, double diagona
         delmesh_preserve_estimate tamed;
         int32_t status = estimate(session, loaded, &options, &tamed);
         if (status != DELMESH_OK) return status;
+        work += (double)tamed.faces_run * tamed.growth;
         if (tamed.outcome != DELMESH_OK || tamed.growth > kMuch || tamed.growth > growth->estimate.growth / 2) continue;
         growth->tamer = tamers[i].name;
         growth->tamed = tamed.growth;

@@ -30,7 +30,7 @@ def load():
     try:
         package = _package()
         addon = bpy.context.preferences.addons.get(__package__)
-        path = bpy.path.abspath(addon.preferences.library_path) if addon and addon.preferences else ""
+        path = bpy.path.abspath(addon.preferences.path_to_library) if addon and addon.preferences else ""
         try:
             if path:
                 package.load_library(path)

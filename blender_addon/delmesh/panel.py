@@ -42,13 +42,13 @@ def wrapped(text, width):
 class DelmeshPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
-    library_path: bpy.props.StringProperty(
+    path_to_library: bpy.props.StringProperty(
         name="Library", subtype="FILE_PATH", update=native.forget,
         description="The native library to use instead of the one that comes with the add-on")
 
     def draw(self, context):
         layout = self.layout
-        layout.prop(self, "library_path")
+        layout.prop(self, "path_to_library")
         problem = native.problem()
         for line in wrapped(problem or f"Native library {native.load().version()}", 100):
             layout.label(text=line, icon="ERROR" if problem else "CHECKMARK")

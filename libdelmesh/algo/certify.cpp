@@ -16,11 +16,11 @@ Status certify_mesh(Context& context, const Mesh& mesh, bool boundary_rule, Cert
         return scan_faces(context, view, boundary_rule, marks.data(), out);
     };
     DM_TRY(mesh.precision == Precision::f32 ? scan(mesh.pos32) : scan(mesh.pos64));
-    for_each_marked(marks.data(), marks.empty() ? 0 : faces, [&](int32_t f) {
-        for (int32_t k = 0; k < 3; ++k)
-            if ((marks[f] >> k & 1) != 0 && nld_corners != nullptr) nld_corners->push_back(3 * f + k);
-        if ((marks[f] & kMarkNoArea) != 0 && zero_faces != nullptr) zero_faces->push_back(f);
-    });
+    if (nld_corners != nullptr) for_each_marked_edge(marks.data(), faces, [&](int32_t c) { nld_corners->push_back(c); });
+    if (zero_faces != nullptr)
+        for_each_marked(marks.data(), faces, [&](int32_t f) {
+            if ((marks[f] & kMarkNoArea) != 0) zero_faces->push_back(f);
+        });
     return DELMESH_OK;
 }
 

@@ -84,32 +84,21 @@ Status Loop::drain() {
             const double left = static_cast<double>(ready.size() + blocked.size());
             DM_TRY(tick(1 - left / (all + left + static_cast<double>(steps))));
         }
-        if (s.is_part() && (!has_room() || (!trial.running && --steps_left < 0))) { // parts.cpp knows how to go on
+        if (!has_room() || (s.is_part() && !trial.running && --steps_left < 0)) { // parts.cpp knows how to go on
             trial.failed = trial.running;
             break;
         }
-        if (!ready.empty()) {
-            const Entry e = pop(ready);
-            if (!still_nld(e)) continue;
-            if (!s.may_edit(e.corner)) {
-                defer(e);
+        const bool first_look = !ready.empty();
+        if (!first_look) {
+            if (blocked.empty()) break;
+            // Flips elsewhere may have set blocked edges free: before the first split all are looked at again.
+            if (!splitting && flips_at_sweep != report.flips) {
+                flips_at_sweep = report.flips;
+                std::swap(ready, blocked);
                 continue;
             }
-            const Judgement judgement = judge(e.corner);
-            if (judgement.verdict == Verdict::flip)
-                do_flip(e.corner, judgement.free);
-            else // in a trial, another order each time
-                push(blocked, {trial.running ? random_unit() : e.excess, e.corner, e.p, e.q});
-            continue;
         }
-        if (blocked.empty()) break;
-        // Flips elsewhere may have set blocked edges free: before the first split all are looked at again.
-        if (!splitting && flips_at_sweep != report.flips) {
-            flips_at_sweep = report.flips;
-            std::swap(ready, blocked);
-            continue;
-        }
-        const Entry e = pop(blocked);
+        const Entry e = pop(first_look ? ready : blocked);
         if (!still_nld(e)) continue;
         if (!s.may_edit(e.corner)) {
             defer(e);
@@ -118,6 +107,8 @@ Status Loop::drain() {
         const Judgement judgement = judge(e.corner);
         if (judgement.verdict == Verdict::flip)
             do_flip(e.corner, judgement.free);
+        else if (first_look) // in a trial, another order each time
+            push(blocked, {trial.running ? random_unit() : e.excess, e.corner, e.p, e.q});
         else
             DM_TRY(do_split(e.corner, judgement.verdict));
         if (patches == nullptr && report.unflippable >= rules.split_budget) {
@@ -137,8 +128,10 @@ void Loop::defer(const Entry& e) {
         deferred.push_back(e);
 }
 
+// In a part, for one more flip or split without an allocation.
 bool Loop::has_room() const {
-    constexpr int64_t kOneStep = 32; // more entries than a flip or a split adds
+    if (!s.is_part()) return true;
+    constexpr int64_t kOneStep = 32; // more entries than either adds
     return s.has_room() && patches->has_room() && ready.room() >= kOneStep && blocked.room() >= kOneStep && deferred.room() >= 2;
 }
 
@@ -158,10 +151,7 @@ Status Loop::find_nld() {
         DM_TRY(scan_faces(context, view, rules.boundary_rule, made.data(), found));
         marks = made.data();
     }
-    for_each_marked(marks, faces, [&](int32_t f) {
-        for (int32_t k = 0; k < 3; ++k)
-            if ((marks[f] >> k & 1) != 0) ready.push_back(entry(3 * f + k));
-    });
+    for_each_marked_edge(marks, faces, [&](int32_t c) { ready.push_back(entry(c)); });
     if (shrinks()) {
         nld_at_start.reserve(ready.size());
         for (const Entry& e : ready) nld_at_start.push_back({e.p, e.q});

@@ -16,7 +16,6 @@
 namespace dm {
 namespace {
 
-constexpr int64_t kGrain = 8192;
 constexpr int32_t kMostPieceFaces = 20000;
 constexpr int32_t kRing = 16; // parts in which the way across a ring is measured
 
@@ -132,25 +131,26 @@ private:
     // -- the population
 
     Status find_edges() {
-        marks.assign(in.faces(), 0);
-        const bool rule = options.boundary == DELMESH_BOUNDARY_NONOBTUSE;
-        DM_TRY(context.parallel(in.faces(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
-            int64_t exact = 0;
-            const int32_t* const verts = in.corner_vert.data();
-            const int32_t* const twins = in.corner_twin.data();
-            scan_nld(
-                static_cast<int32_t>(begin), static_cast<int32_t>(end), [&](int32_t c) { return verts[c]; },
-                [&](int32_t c) { return twins[c]; }, [&](int32_t v) { return at(v); }, rule, exact,
-                [&](int32_t c) { marks[face_of(c)] |= static_cast<uint8_t>(1 << (c % 3)); }, [](int32_t) {});
-        }));
+        marks.resize_uninitialized(in.faces());
+        Certificate found;
+        const auto scan = [&](const auto& positions) {
+            const ScanView view{in.corner_vert.data(), in.corner_twin.data(), positions.data(), in.faces()};
+            return scan_faces(context, view, options.boundary == DELMESH_BOUNDARY_NONOBTUSE, marks.data(), found);
+        };
+        if (in.precision == precision) {
+            DM_TRY(in.precision == Precision::f32 ? scan(in.pos32) : scan(in.pos64));
+        } else {
+            Array<double> rounded(context.memory());
+            rounded.reserve(3 * static_cast<int64_t>(in.vertices()));
+            for (int32_t v = 0; v < in.vertices(); ++v)
+                for (const double x : {at(v).x, at(v).y, at(v).z}) rounded.push_back(x);
+            DM_TRY(scan(rounded));
+        }
         flat_height = flat_height_of_tolerance();
-        for (int32_t f = 0; f < in.faces(); ++f)
-            for (int32_t k = 0; k < 3; ++k) {
-                if ((marks[f] >> k & 1) == 0) continue;
-                const int32_t c = 3 * f + k;
-                const Vec3 middle = 0.5 * (at(in.corner_vert[c]) + at(in.corner_vert[next_corner(c)]));
-                edges.push_back({place_of(middle), forecast(c), c, -1});
-            }
+        for_each_marked_edge(marks.data(), in.faces(), [&](int32_t c) {
+            const Vec3 middle = 0.5 * (at(in.corner_vert[c]) + at(in.corner_vert[next_corner(c)]));
+            edges.push_back({place_of(middle), forecast(c), c, -1});
+        });
         std::sort(edges.begin(), edges.end(), [](const NldEdge& a, const NldEdge& b) {
             return a.place != b.place ? a.place < b.place : a.corner < b.corner;
         });

@@ -115,7 +115,7 @@ bool Loop::take_out(int32_t v) {
         if (spokes[0] <= 1 && spokes[1] <= 1) return merge_pieces(v, line);
         bool flipped = false;
         for_spokes(v, line, [&](int32_t k, int side) {
-            if (spokes[side] <= 1 || !s.may_edit(k) || (s.is_part() && !has_room())) return false;
+            if (spokes[side] <= 1 || !s.may_edit(k) || !has_room()) return false;
             const Judgement judgement = judge(k);
             if (judgement.verdict != Verdict::flip || judgement.free.kind == FreeFlip::moves) return false;
             do_flip(k, judgement.free);
@@ -132,7 +132,7 @@ bool Loop::merge_pieces(int32_t v, const Line& line) {
     const int32_t p = s.vert(c), q = p == line.back ? line.ahead : line.back;
     const int32_t t = s.twin(next_corner(s.twin(next_corner(c)))); // q -> v
     const bool all_own = s.owns(p) && s.owns(q) && s.owns(v) && s.owns(s.apex(c)) && (t < 0 || s.owns(s.apex(t)));
-    if (!all_own || (s.is_part() && !has_room()) || s.adjacent(p, q)) return false;
+    if (!all_own || !has_room() || s.adjacent(p, q)) return false;
     const auto may_merge = [&](int32_t k) {
         const int32_t f = face_of(k), g = face_of(s.twin(next_corner(k)));
         const Vec3 &x = s.at(s.vert(k)), &y = s.at(s.vert(k) == p ? q : p), &z = s.at(s.apex(k));

@@ -81,9 +81,8 @@ public:
     // -- parts, as of the Surface: the same arrays, numbers of its own for what it adds. There are no regions before there are
     // parts, and those that a part makes are of faces that belong to it alone.
     struct Share {
-        struct Range {
-            int32_t next, end;
-        } planes, regions, triangles;
+        using Range = Surface::Range;
+        Range planes, regions, triangles;
         // The first so many flips' part of it, and the rest.
         Share first(int32_t flips) const {
             return {cut(planes, 0, 2 * flips), cut(regions, 0, 3 * flips), cut(triangles, 0, 2 * flips)};

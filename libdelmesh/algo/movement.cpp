@@ -149,7 +149,7 @@ double sheet_distance(const Sheet& r, const Sheet& k, bool part, double enough) 
     return most;
 }
 
-// Where v belongs: before it was rounded, unless it was merged with others.
+// Where v belongs: before it was rounded, unless it was merged with others. (For float64 output that is the same.)
 const Vec3& place(const Surface& s, int32_t v) {
     const Vec3 &at = s.at(v), &exact = s.exact(v);
     return round_to(Precision::f32, exact) == at ? exact : at;

@@ -52,54 +52,13 @@ void for_each_marked(const uint8_t* marks, int32_t faces, Use&& use) {
     }
 }
 
-// For the faces [begin, end): on_edge(c) for each NLD edge, by a corner of this range (an edge whose two opposite angles are both
-// obtuse is met from both sides: only the smaller corner reports it), on_zero(face) for each face without area.
-// vert(c), twin(c), at(v): the mesh; dead faces have vert < 0.
-template <class Vert, class Twin, class At, class OnEdge, class OnZero>
-inline void scan_nld(int32_t begin, int32_t end, Vert vert, Twin twin, At at, bool boundary_rule, int64_t& exact_calls,
-                     OnEdge on_edge, OnZero on_zero) {
-    // The computed dot product of two differences is off by less than 4 epsilon times the sum of its terms' magnitudes, and the
-    // cross product's components by less than that of theirs; the factor here is generous, and what is below kTiny may have
-    // lost bits to underflow. What is not clear goes to the exact predicates.
-    constexpr double kSafe = 1e-14, kTiny = 1e-280;
-    const auto clearly_positive = [](double d, double magnitude) {
-        return d > kSafe * magnitude && d > kTiny && magnitude < 1e280;
-    };
-    for (int32_t f = begin; f < end; ++f) {
-        const int32_t c0 = 3 * f;
-        const int32_t i0 = vert(c0), i1 = vert(c0 + 1), i2 = vert(c0 + 2);
-        if (i0 < 0) continue;
-        const Vec3 p[3] = {at(i0), at(i1), at(i2)};
-        const Vec3 e0 = p[1] - p[0], e1 = p[2] - p[1], e2 = p[0] - p[2];
-        const auto terms = [](const Vec3& a, const Vec3& b, double& magnitude) {
-            const double x = -a.x * b.x, y = -a.y * b.y, z = -a.z * b.z;
-            magnitude = std::fabs(x) + std::fabs(y) + std::fabs(z);
-            return x + y + z;
-        };
-        double m[3];
-        const double d[3] = {terms(e2, e0, m[0]), terms(e0, e1, m[1]), terms(e1, e2, m[2])}; // at corner 0, 1, 2
-        const Vec3 n = cross(e0, e1);
-        const double reach = kSafe * (std::fabs(e0.x) + std::fabs(e0.y) + std::fabs(e0.z)) *
-                             (std::fabs(e1.x) + std::fabs(e1.y) + std::fabs(e1.z)); // more than n can be off
-        const bool has_area =
-            (std::fabs(n.x) > reach || std::fabs(n.y) > reach || std::fabs(n.z) > reach) && reach > kTiny && reach < 1e280;
-        if (!has_area && zero_area(p[0], p[1], p[2])) on_zero(f);
-        for (int k = 0; k < 3; ++k) {
-            if (clearly_positive(d[k], m[k])) continue;
-            const int32_t c = c0 + (k == 2 ? 0 : k + 1); // the edge opposite to corner k
-            const int32_t t = twin(c);
-            const Vec3 &a = p[k == 2 ? 0 : k + 1], &b = p[k == 0 ? 2 : k - 1];
-            if (t < 0) {
-                if (boundary_rule && boundary_edge_is_nld(a, b, p[k], exact_calls)) on_edge(c);
-            } else {
-                const Vec3 q = at(vert(prev_corner(t)));
-                double mq;
-                const double dq = terms(a - q, q - b, mq); // to the bit what the other face computes
-                if (t < c && !clearly_positive(dq, mq)) continue;
-                if (edge_is_nld(a, b, p[k], q, exact_calls)) on_edge(c);
-            }
-        }
-    }
+// The same for every NLD edge, by the corner that is marked.
+template <class Use>
+void for_each_marked_edge(const uint8_t* marks, int32_t faces, Use&& use) {
+    for_each_marked(marks, faces, [&](int32_t f) {
+        for (int32_t k = 0; k < 3; ++k)
+            if ((marks[f] >> k & 1) != 0) use(3 * f + k);
+    });
 }
 
 } // namespace dm

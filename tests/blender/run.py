@@ -43,7 +43,7 @@ def python_with_bpy(folder, version):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--library", required=True)
+    parser.add_argument("--library", dest="shared_object", required=True)
     parser.add_argument("--blender")
     parser.add_argument("--source-tree", action="store_true")
     parser.add_argument("--bpy")
@@ -63,10 +63,10 @@ def main():
         environment.pop("DELMESH_LIBRARY", None)
         if arguments.source_tree:
             (addons / "delmesh").symlink_to(ROOT / "blender_addon" / "delmesh")
-            environment["DELMESH_LIBRARY"] = arguments.library
+            environment["DELMESH_LIBRARY"] = arguments.shared_object
         else:
             environment["DELMESH_ADDON_ZIP"] = subprocess.run(
-                [sys.executable, ROOT / "scripts" / "build_addon", arguments.library, "--output", folder],
+                [sys.executable, ROOT / "scripts" / "build_addon", arguments.shared_object, "--output", folder],
                 check=True, capture_output=True, text=True).stdout.strip()
         command = [python, HERE / "test_addon.py"] if python else [
             arguments.blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "7", "--python",

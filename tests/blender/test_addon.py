@@ -477,9 +477,9 @@ class Operator(Case):
 
     def test_a_path_in_the_preferences_is_used(self):
         preferences = bpy.context.preferences.addons[ADDON].preferences
-        preferences.library_path = "/nonexistent/other.so"
+        preferences.path_to_library = "/nonexistent/other.so"
         self.assertIn("/nonexistent/other.so", part("native").problem())
-        preferences.library_path = ""
+        preferences.path_to_library = ""
         self.assertEqual(part("native").problem(), "")
 
     def test_registration(self):
