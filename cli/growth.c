@@ -9,8 +9,6 @@ enum {
     kMostWork = 500000 /* for the word about what helps: faces to remesh, times their growth. A few seconds */
 };
 
-const Choice kPrecisionChoices[] = {{"f32", DELMESH_FLOAT32}, {"f64", DELMESH_FLOAT64}, {NULL, 0}};
-
 void growth_init(Growth* growth) {
     memset(growth, 0, sizeof *growth);
     delmesh_remesh_options_init(&growth->options, sizeof growth->options);
@@ -58,9 +56,7 @@ static int32_t find_tamer(Session* session, const Loaded* loaded, double diagona
 }
 
 bool growth_estimate(Session* session, const Loaded* loaded, int32_t boundary, double diagonal, Growth* growth) {
-    if (growth->tolerance.given)
-        growth->options.tolerance =
-            growth->tolerance.percent ? growth->tolerance.value / 100 * diagonal : growth->tolerance.value;
+    if (!session_resolve(session, loaded, &growth->tolerance, &diagonal, &growth->options.tolerance)) return false;
     growth->options.boundary = boundary;
     growth->options.effort = (int32_t)growth->effort;
     growth->status = estimate(session, loaded, &growth->options, &growth->estimate);

@@ -20,8 +20,6 @@ typedef struct Growth {
     double tamed;      /* ... grows only this much */
 } Growth;
 
-extern const Choice kPrecisionChoices[];
-
 /* The rows of an option table, with the names that `delmesh remesh` has for them. */
 #define GROWTH_OPTIONS(growth)                                                                                                   \
     option_length("--tolerance", &(growth)->tolerance, "estimate: how far the surface may move (4 last places)"),                \

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "algo/certify.h"
 
+#include <algorithm>
+
 #include "algo/nld_scan.h"
 
 namespace dm {
@@ -21,6 +23,32 @@ Status certify_mesh(Context& context, const Mesh& mesh, bool boundary_rule, Cert
         for_each_marked(marks.data(), faces, [&](int32_t f) {
             if ((marks[f] & kMarkNoArea) != 0) zero_faces->push_back(f);
         });
+    return DELMESH_OK;
+}
+
+Status certify_unfrozen(Context& context, const Mesh& mesh, bool boundary_rule, Certificate& out, int64_t& outside) {
+    outside = 0;
+    if (std::none_of(mesh.corner_bits.begin(), mesh.corner_bits.end(), [](uint8_t bits) { return (bits & kEdgeFrozen) != 0; }))
+        return certify_mesh(context, mesh, boundary_rule, out, nullptr, nullptr);
+    Array<int32_t> corners(context.memory()), faces(context.memory());
+    Certificate all;
+    DM_TRY(certify_mesh(context, mesh, boundary_rule, all, &corners, &faces));
+    const auto frozen = [&](int32_t c) { return (mesh.corner_bits[c] & kEdgeFrozen) != 0; };
+    out = Certificate{};
+    out.exact_tests = all.exact_tests;
+    for (const int32_t c : corners) {
+        if (frozen(c)) {
+            ++outside;
+            continue;
+        }
+        ++(mesh.corner_twin[c] < 0 ? out.nld_boundary : out.nld_interior);
+        if (out.first_bad_corner < 0) out.first_bad_corner = c;
+    }
+    for (const int32_t f : faces) {
+        if (frozen(3 * f) && frozen(3 * f + 1) && frozen(3 * f + 2)) continue;
+        ++out.zero_area_faces;
+        if (out.first_zero_face < 0) out.first_zero_face = f;
+    }
     return DELMESH_OK;
 }
 

@@ -3,6 +3,7 @@
 // between the modes is only which edges may be flipped: in `preserve` those inside flat patches; in the flip modes all but kept
 // ones. `ready` holds NLD edges that nobody has looked at since they changed; `blocked` those that could not be flipped then.
 // Flips come first, always; when none is left, the blocked edge with the largest excess is split and the flipping goes on.
+// A large mesh begins in parts (parts.cpp); there the order is that of each part.
 // Flips end because a Delaunay flip never increases the area of the surface (Theorem 1 there) and the test is exact; splits end
 // by the rules of split_point.h, then concentric shells, then max_vertices.
 #include "algo/loop.h"
@@ -11,6 +12,7 @@
 #include <limits>
 
 #include "algo/nld_scan.h"
+#include "algo/parallel_slices.h"
 #include "algo/split_point.h"
 #include "geom/predicates.h"
 
@@ -69,7 +71,8 @@ Loop::Loop(Context& context_, Surface& surface, FlatPatches* flat, const Delauna
 Status Loop::run() {
     DM_TRY(find_nld());
     report.nld_in = ready.size();
-    if (patches != nullptr) DM_TRY(run_parts());
+    DM_TRY(patches != nullptr ? run_parts() : flip_parts());
+    std::make_heap(ready.begin(), ready.end());
     DM_TRY(drain());
     if (shrinks()) DM_TRY(need_fewer());
     return DELMESH_OK;
@@ -151,17 +154,31 @@ Status Loop::find_nld() {
         DM_TRY(scan_faces(context, view, rules.boundary_rule, made.data(), found));
         marks = made.data();
     }
-    for_each_marked_edge(marks, faces, [&](int32_t c) { ready.push_back(entry(c)); });
+    // Counted first, so that each block knows the places of its edges.
+    constexpr int64_t kGrain = 1 << 14;
+    Array<int64_t> place(context.memory(), block_count(faces, kGrain) + 1, 0);
+    DM_TRY(context.parallel(faces, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+        int64_t edges = 0;
+        for (int64_t f = begin; f < end; ++f) edges += (marks[f] & 1) + (marks[f] >> 1 & 1) + (marks[f] >> 2 & 1);
+        place[block + 1] = edges;
+    }));
+    for (int64_t block = 1; block < place.size(); ++block) place[block] += place[block - 1];
+    ready.resize_uninitialized(place.back());
+    DM_TRY(context.parallel(faces, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+        Entry* next = ready.data() + place[block];
+        for_each_marked_edge(marks + begin, static_cast<int32_t>(end - begin),
+                             [&](int32_t c) { *next++ = entry(static_cast<int32_t>(3 * begin) + c); });
+    }));
     if (shrinks()) {
         nld_at_start.reserve(ready.size());
         for (const Entry& e : ready) nld_at_start.push_back({e.p, e.q});
         std::sort(nld_at_start.begin(), nld_at_start.end());
     }
-    std::make_heap(ready.begin(), ready.end());
     return DELMESH_OK;
 }
 
 bool Loop::is_nld(int32_t c) const {
+    if (s.is_frozen(c)) return false;
     const Vec3 &a = s.at(s.vert(c)), &b = s.at(s.head(c)), &p = s.at(s.apex(c));
     if (s.is_boundary(c)) return rules.boundary_rule && boundary_edge_is_nld(a, b, p);
     return edge_is_nld(a, b, p, s.at(s.apex(s.twin(c))));

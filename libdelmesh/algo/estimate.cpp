@@ -6,8 +6,10 @@
 #include "algo/estimate.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "algo/nld_scan.h"
 #include "algo/remesh.h"
@@ -17,6 +19,11 @@ namespace dm {
 namespace {
 
 constexpr int32_t kMostPieceFaces = 20000;
+// What the work is reckoned in: a face of the whole mesh. A face of a piece costs more, as there is no other work to share the
+// cost of starting; and so does an NLD edge, with the splits that it leads to.
+constexpr int64_t kFacesPerFace = 4, kFacesPerEdge = 50;
+// Pieces with more than 1/kShare of the faces are no sample; the first 1/kEarly of them should have less.
+constexpr int64_t kShare = 2, kEarly = 4, kShareEarly = 6;
 constexpr int32_t kRing = 16; // parts in which the way across a ring is measured
 
 // What is not the mesh's or the machine's fault, but what delmesh_remesh will come to.
@@ -62,17 +69,7 @@ public:
         DM_TRY(find_edges());
         draw_cells();
         piece_of.assign(in.faces(), -1);
-        int64_t work = 0;
-        const int64_t most = in.faces() / 2;
-        for (int64_t i = 0; i < cells.size() && work <= most; ++i) {
-            if (!cells[i].drawn) continue;
-            DM_TRY(context.progress(1));
-            gather_faces(static_cast<int32_t>(i));
-            work += faces.size();
-            release_faces();
-        }
-        worth_it = work <= most;
-        return DELMESH_OK;
+        return weigh(worth_it);
     }
 
     Status run() {
@@ -260,6 +257,36 @@ private:
         }
     }
 
+    // Is the sample less work than the mesh? Where flat places hang together the pieces are so large that only gathering them
+    // would take as long as to remesh the mesh. So they are gathered in an order that jumps about the mesh, and as soon as those
+    // seen so far lead to expect too much it is decided.
+    Status weigh(bool& worth_it) {
+        Array<int32_t> drawn(context.memory());
+        for (int32_t i = 0; i < cells.size(); ++i)
+            if (cells[i].drawn) drawn.push_back(i);
+        const int64_t count = drawn.size(), edges_of_all = kFacesPerEdge * edges.size();
+        int64_t step = static_cast<int64_t>(0.618 * static_cast<double>(count)) + 1; // coprime to the count: each is met once
+        while (std::gcd(step, count) > 1) ++step;
+        int64_t faces_seen = 0, work = 0;
+        worth_it = true;
+        for (int64_t seen = 0, next = 0; seen < count && worth_it; next = (next + step) % count) {
+            DM_TRY(context.progress(1));
+            const bool early = seen * kEarly < count;
+            const int64_t limit = in.faces() / (early ? kShareEarly : kShare);
+            most_faces = std::min<int64_t>(kMostPieceFaces, limit - faces_seen + 1);
+            gather_faces(drawn[next]);
+            faces_seen += faces.size();
+            work += kFacesPerFace * faces.size();
+            for (const int32_t f : faces) work += kFacesPerEdge * std::popcount(static_cast<uint8_t>(marks[f] & 7));
+            release_faces();
+            ++seen;
+            const int64_t to_expect = early ? 0 : work / seen * (count - seen);
+            worth_it = faces_seen <= limit && work + to_expect <= in.faces() + edges_of_all;
+        }
+        most_faces = kMostPieceFaces;
+        return DELMESH_OK;
+    }
+
     // -- a piece
 
     // The cell of the NLD edge of corner c, or -1.
@@ -325,7 +352,7 @@ private:
             reach(face_of(c), 0);
             if (t >= 0) reach(face_of(t), 0);
         }
-        while (!front.empty() && faces.size() < kMostPieceFaces) {
+        while (!front.empty() && faces.size() < most_faces) {
             std::pop_heap(front.begin(), front.end(), later);
             const Reached next = front.pop_back();
             if (piece_of[next.face] >= 0) continue;
@@ -469,6 +496,7 @@ private:
     Precision precision = Precision::f32;
     Vec3 low{};
     double extent = 0, flat_height = 0, uncertain_weight = 0;
+    int64_t most_faces = kMostPieceFaces; // of a piece
     ModelSize whole{};
     Array<uint8_t> marks; // per face, bit k: the edge of the k-th corner is NLD (on one of its corners only)
     Array<NldEdge> edges; // along the curve

@@ -18,9 +18,9 @@
 namespace dm {
 namespace {
 
-constexpr int64_t kLeastRegion = 2, kMostRegion = 13; // vertices taken out together
-constexpr double kLeastTrials = 8192;                 // in a round
-constexpr double kVerticesPerTrial = 10;              // with effort 1
+constexpr int64_t kLeastRegion = 2;      // vertices taken out together
+constexpr double kLeastTrials = 8192;    // in a round
+constexpr double kVerticesPerTrial = 10; // with effort 1
 
 // Cotangent of the angle at x between a and b: the smaller, the wider.
 double cotangent(const Vec3& a, const Vec3& b, const Vec3& x) {
@@ -247,7 +247,7 @@ Status Loop::search(int64_t most) {
             if (centres.empty()) trials_left = 1;
             continue;
         }
-        gather_region(centre, kLeastRegion + random_below(kMostRegion - kLeastRegion + 1));
+        gather_region(centre, kLeastRegion + random_below(kMostTaken - kLeastRegion + 1));
         bool kept = false;
         DM_TRY(try_without(region, region.size(), kept));
         if (!kept) continue;

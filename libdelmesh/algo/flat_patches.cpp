@@ -2,6 +2,7 @@
 #include "algo/flat_patches.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "geom/predicates.h"
 
@@ -136,9 +137,11 @@ void FlatPatches::undo_trial() {
 FlatPatches::FlatPatches(FlatPatches& whole)
     : face_patch(Array<int32_t>::alias(whole.face_patch)), drift(Array<double>::alias(whole.drift)), planes(whole.planes),
       regions(whole.regions), triangles(whole.triangles), is_part(true), face_changes(whole.drift.memory()),
-      region_changes(whole.drift.memory()) {
-    face_changes.reserve(8192);
-    region_changes.reserve(1024);
+      region_changes(whole.drift.memory()) {}
+
+void FlatPatches::swap_log(TrialLog& log) {
+    std::swap(face_changes, log.face_changes);
+    std::swap(region_changes, log.region_changes);
 }
 
 void FlatPatches::refresh(FlatPatches& whole) {
@@ -156,14 +159,16 @@ void FlatPatches::supply(const Share& share) {
 }
 
 FlatPatches::Share FlatPatches::grow_blank(const Surface& surface, int32_t flips) {
+    face_patch.reserve(surface.faces());
+    drift.reserve(surface.faces());
     face_patch.resize(surface.faces(), 0);
     drift.resize(surface.faces(), 0);
     return {planes.grow(2 * flips, {{0, 0, 0}, 0, -1}), regions.grow(3 * flips, {}), triangles.grow(2 * flips, {})};
 }
 
 bool FlatPatches::has_room() const {
-    return !is_part || (planes.has_room(2) && regions.has_room(3) && triangles.has_room(2) && face_changes.room() >= 64 &&
-                        region_changes.room() >= 16);
+    return !is_part || (planes.has_room(2) && regions.has_room(3) && triangles.has_room(2) &&
+                        (!in_trial || (face_changes.room() >= 64 && region_changes.room() >= 16)));
 }
 
 void FlatPatches::free_storage() {

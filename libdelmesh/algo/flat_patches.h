@@ -78,6 +78,9 @@ public:
     void keep_trial();
     void undo_trial();
 
+    class TrialLog;
+    void swap_log(TrialLog& log);
+
     // -- parts, as of the Surface: the same arrays, numbers of its own for what it adds. There are no regions before there are
     // parts, and those that a part makes are of faces that belong to it alone.
     struct Share {
@@ -98,7 +101,7 @@ public:
     Share grow_blank(const Surface& surface, int32_t flips);
     void refresh(FlatPatches& whole);
     void supply(const Share& share);
-    bool has_room() const; // for one more edit
+    bool has_room() const; // for one more edit, and in a trial for what it overwrites
 
     void free_storage();
 
@@ -175,6 +178,19 @@ private:
     Array<FaceChange> face_changes; // what a trial overwrote
     Array<RegionChange> region_changes;
     int64_t faces_before = 0, planes_before = 0, regions_before = 0, triangles_before = 0;
+};
+
+class FlatPatches::TrialLog {
+public:
+    explicit TrialLog(Memory& memory) : face_changes(memory), region_changes(memory) {
+        face_changes.reserve(8192);
+        region_changes.reserve(1024);
+    }
+
+private:
+    friend class FlatPatches;
+    Array<FaceChange> face_changes;
+    Array<RegionChange> region_changes;
 };
 
 // thickness: of the slab, parallel to the seed, that may hold a patch; 0: exactly coplanar neighbours only.

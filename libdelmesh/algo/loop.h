@@ -36,6 +36,7 @@ public:
 
 private:
     friend class Parts;
+    friend class FlipParts;
 
     // -- delaunay.cpp
     Status find_nld();
@@ -76,8 +77,10 @@ private:
 
     // -- parts.cpp
     Status run_parts();
+    Status flip_parts(); // where all edges may be flipped
 
     // -- fewest.cpp
+    static constexpr int64_t kMostTaken = 13; // vertices that a trial takes out together
     struct Line { // a split vertex's neighbours on its carrier, and the corners that lead there (-1: a boundary edge arrives)
         int32_t back, ahead, to_back, to_ahead;
     };

@@ -5,10 +5,14 @@
 // the mesh. A vertex is owned by its cell's part if all its neighbours are in the same cell. What a part changes are faces all of whose
 // vertices it owns, and what it reads has an owned vertex in sight, so that no two parts meet. Whatever is near a border is left
 // to the loop on the whole, which comes after. The parts depend on the mesh alone: the result is the same for any number of threads.
+//
+// Parts is for preserve, FlipParts for the flips of the other modes, which ask for less.
 #include <algorithm>
 #include <atomic>
 #include <limits>
 #include <new>
+#include <optional>
+#include <utility>
 
 #include "algo/loop.h"
 
@@ -22,6 +26,7 @@ constexpr uint8_t kNobody = 255;
 constexpr int64_t kStepsPerSlice = 65536; // of all parts together, flips and splits: about a tenth of a second. A trial is eight.
 constexpr int kMostTurns = 8, kMostRefills = 64;
 constexpr int32_t kMoreMoves = 256;
+constexpr int64_t kMoreEntries = 1024, kTrialEntries = 2048;
 
 // Planes that cut space into 2^levels cells, as an implicit binary tree. A mirrored mesh has the mirrored cells: a plane lies
 // midway between the two middle points, and what is on it belongs to neither side.
@@ -84,10 +89,7 @@ public:
             if (whole.still_nld(e)) ready[valid++] = e;
         ready.resize_uninitialized(valid);
         while ((kEdgesPerPart << (cells.levels + 1)) <= whole.ready.size() && cells.levels < kMostLevels) ++cells.levels;
-        if (cells.levels == 0) {
-            std::make_heap(ready.begin(), ready.end());
-            return DELMESH_OK;
-        }
+        if (cells.levels == 0) return DELMESH_OK;
         cut_into_cells();
         DM_TRY(find_owners());
         DM_TRY(hand_out());
@@ -97,6 +99,7 @@ public:
             bool waits = false; // with something to do and room to do it
             for (int32_t i = 0; i < count; ++i) {
                 const Loop& loop = parts[i].loop;
+                reserve_queues(parts[i]);
                 waits |= !(loop.ready.empty() && loop.blocked.empty()) && loop.has_room();
             }
             if (waits) continue;
@@ -105,13 +108,16 @@ public:
         }
         for (int32_t i = 0; i < count; ++i) set_aside(parts[i].loop);
         if (whole.shrinks()) {
-            DM_TRY(for_each([](Loop& part) { return part.take_out_needless(); }, 0.3));
+            prepare_trials();
+            DM_TRY(for_each_with_trials([](Loop& part) { return part.take_out_needless(); }, 0.3));
             const int32_t rounds = whole.search_rounds();
             for (int32_t round = 0; round < rounds; ++round) {
                 const double done = 0.3 + 0.7 * round / rounds;
                 DM_TRY(for_each([round](Loop& part) { return part.begin_search(round), DELMESH_OK; }, done));
                 for (bool left = true; left;) {
-                    DM_TRY(for_each([steps](Loop& part) { return part.search(steps / 8); }, done));
+                    for (int32_t i = 0; i < count; ++i)
+                        parts[i].surface.reserve_freed(std::min(parts[i].loop.trials_left, steps / 8) * Loop::kMostTaken);
+                    DM_TRY(for_each_with_trials([steps](Loop& part) { return part.search(steps / 8); }, done));
                     left = false;
                     for (int32_t i = 0; i < count; ++i) left |= parts[i].loop.trials_left > 0;
                 }
@@ -130,7 +136,9 @@ private:
         delmesh_remesh_report report{};
         Loop loop;
         Status status = DELMESH_OK;
-        int32_t more = 0; // vertices to be supplied next
+        int32_t more = 0;     // vertices to be supplied next
+        int64_t supplied = 0; // in all
+        int64_t most_own = 0; // entries of loop.own and loop.centres
     };
 
     void cut_into_cells() {
@@ -217,7 +225,7 @@ private:
             ++count;
             parts[i].more = edges[i] + edges[i] / 4 + 256;
             Loop& loop = parts[i].loop;
-            loop.ready.reserve(edges[i]);
+            loop.ready.reserve(edges[i] + kMoreEntries);
             loop.pieces.reserve(4);
             loop.trial_made.reserve(64);
             loop.region.reserve(64);
@@ -235,8 +243,10 @@ private:
             else
                 parts[part].loop.ready.push_back(e);
         }
-        whole.ready.resize_uninitialized(left);
-        std::make_heap(whole.ready.begin(), whole.ready.end());
+        Array<Loop::Entry> rest(memory);
+        rest.reserve(left);
+        for (int64_t i = 0; i < left; ++i) rest.push_back(whole.ready[i]);
+        whole.ready = std::move(rest);
         for (int32_t i = 0; i < count; ++i) std::make_heap(parts[i].loop.ready.begin(), parts[i].loop.ready.end());
         return DELMESH_OK;
     }
@@ -280,13 +290,68 @@ private:
             supply.faces.next = supply.faces.end;
             supply.carriers.next = supply.carriers.end;
             patches = patches.after(kMoreMoves);
-            Loop& loop = part.loop;
-            for (Array<Loop::Entry>* entries : {&loop.ready, &loop.blocked, &loop.deferred})
-                entries->reserve(entries->size() + 4 * static_cast<int64_t>(more) + 1024);
-            loop.own.reserve(loop.own.size() + 2 * static_cast<int64_t>(more));
-            loop.centres.reserve(loop.own.size() + 2 * static_cast<int64_t>(more));
+            reserve_queues(part);
+            part.supplied += more;
+            part.most_own = std::max(part.most_own, part.loop.own.size() + 2 * static_cast<int64_t>(more));
+            part.loop.own.reserve(std::min(part.supplied, part.most_own)); // an entry for each split
             part.more = 0;
         }
+    }
+
+    // Queues are not given the most that they may ever need, which is many times what they do: those that are nearly full grow
+    // between two slices.
+    static void reserve_queues(Part& part) {
+        Loop& loop = part.loop;
+        for (Array<Loop::Entry>* entries : {&loop.ready, &loop.blocked})
+            if (entries->room() < kMoreEntries / 2) entries->reserve(entries->size() + entries->size() / 4 + kMoreEntries);
+        if (loop.deferred.room() < kMoreEntries / 8) loop.deferred.reserve(loop.deferred.size() + kMoreEntries / 2);
+        part.surface.reserve_freed(64);
+    }
+
+    // What one trial at a time needs. A part has it while it runs; in between, nothing of it is in use.
+    struct Trials {
+        explicit Trials(Memory& memory) : surface(memory), patches(memory), ready(memory), blocked(memory) {
+            ready.reserve(kTrialEntries);
+            blocked.reserve(kTrialEntries);
+        }
+        void swap_with(Part& part) {
+            part.surface.swap_log(surface);
+            part.patches.swap_log(patches);
+            std::swap(part.loop.ready, ready);
+            std::swap(part.loop.blocked, blocked);
+        }
+        Surface::TrialLog surface;
+        FlatPatches::TrialLog patches;
+        Array<Loop::Entry> ready, blocked;
+    };
+
+    void prepare_trials() {
+        threads = std::min(count, whole.context.max_threads());
+        for (int32_t i = 0; i < threads; ++i) trials[i].emplace(whole.context.memory());
+        for (int32_t i = 0; i < count; ++i) {
+            Loop& loop = parts[i].loop;
+            loop.ready.free_storage();
+            loop.blocked.free_storage();
+            loop.own.reserve(parts[i].most_own);
+            loop.centres.reserve(parts[i].most_own);
+            parts[i].surface.reserve_freed(loop.own.size());
+        }
+    }
+
+    // Each thread has one Trials and takes the next part that nobody has taken.
+    template <class Work>
+    Status for_each_with_trials(Work&& work, double done) {
+        std::atomic<int32_t> next{0};
+        DM_TRY(whole.context.progress(done));
+        DM_TRY(whole.context.parallel(threads, 1, [&](int64_t thread, int64_t, int64_t) {
+            for (int32_t i = next++; i < count && !whole.context.cancel_requested(); i = next++) {
+                trials[thread]->swap_with(parts[i]);
+                parts[i].status = work(parts[i].loop);
+                trials[thread]->swap_with(parts[i]);
+            }
+        }));
+        for (int32_t i = 0; i < count; ++i) DM_TRY(parts[i].status);
+        return DELMESH_OK;
     }
 
     // Supplies parts that stopped for want of room. False if there is none, or the limit of vertices forbids it.
@@ -333,7 +398,6 @@ private:
             sum.moved_within_tolerance += its.moved_within_tolerance;
         }
         whole.splitting |= whole.report.splits != 0;
-        std::make_heap(whole.ready.begin(), whole.ready.end());
     }
 
     Loop& whole;
@@ -342,7 +406,122 @@ private:
     Array<uint8_t> owner; // per vertex
     Part* parts = nullptr;
     int32_t count = 0;
+    std::optional<Trials> trials[1 << kMostLevels];
+    int32_t threads = 0; // that have one
 };
+
+// Flips alone, in any mode that may flip every edge. They add nothing and leave all vertices where they are, so parts need neither
+// numbers nor vertices of their own: a part flips an edge if the four vertices around it are in its cell. Then it writes faces with
+// all vertices, and twins of edges with both ends, in its cell. It reads more, but nothing that another part writes.
+class FlipParts {
+public:
+    explicit FlipParts(Loop& whole_) : whole(whole_) {}
+    ~FlipParts() {
+        for (int32_t i = 0; i < count; ++i) parts[i].~Part();
+        whole.context.memory().deallocate(parts, size_of_parts());
+    }
+    FlipParts(const FlipParts&) = delete;
+    FlipParts& operator=(const FlipParts&) = delete;
+
+    Status run() {
+        Array<Loop::Entry>& ready = whole.ready;
+        while ((kEdgesPerPart << (cells.levels + 1)) <= ready.size() && cells.levels < kMostLevels) ++cells.levels;
+        cut_into_cells();
+        DM_TRY(hand_out());
+        DM_TRY(whole.context.parallel(count, 1,
+                                      [&](int64_t i, int64_t, int64_t) { flip_inside(static_cast<uint8_t>(i), parts[i].loop); }));
+        for (int32_t i = 0; i < count; ++i) {
+            for (const Array<Loop::Entry>* left : {&parts[i].loop.ready, &parts[i].loop.deferred})
+                for (const Loop::Entry& e : *left) ready.push_back(e);
+            whole.report.flips += parts[i].report.flips;
+        }
+        return DELMESH_OK;
+    }
+
+private:
+    struct Part {
+        explicit Part(Loop& whole) : loop(whole.context, whole.s, nullptr, whole.rules, report) {}
+        delmesh_remesh_report report{};
+        Loop loop;
+    };
+
+    size_t size_of_parts() const { return static_cast<size_t>(1 << cells.levels) * sizeof(Part); }
+
+    void cut_into_cells() {
+        constexpr int64_t kEnough = 128; // edges of a cell, for planes that halve all of them well
+        const Array<Loop::Entry>& ready = whole.ready;
+        const int64_t step = std::max<int64_t>(1, ready.size() / (kEnough << cells.levels));
+        Array<Vec3> middles(whole.context.memory());
+        middles.reserve(ready.size() / step + 1);
+        for (int64_t i = 0; i < ready.size(); i += step)
+            middles.push_back(0.5 * (whole.s.at(ready[i].p) + whole.s.at(ready[i].q)));
+        cells.cut(middles.data(), middles.size(), 1, 0);
+    }
+
+    // Of all four vertices around the edge.
+    uint8_t cell_of(int32_t corner) const {
+        const Surface& s = whole.s;
+        const uint8_t cell = cells.of(s.at(s.vert(corner)));
+        const bool all = cells.of(s.at(s.head(corner))) == cell && cells.of(s.at(s.apex(corner))) == cell &&
+                         (s.is_boundary(corner) || cells.of(s.at(s.apex(s.twin(corner)))) == cell);
+        return all ? cell : kNobody;
+    }
+
+    Status hand_out() {
+        Memory& memory = whole.context.memory();
+        Array<Loop::Entry>& ready = whole.ready;
+        Array<uint8_t> cell(memory, ready.size());
+        constexpr int64_t kGrain = 1024;
+        DM_TRY(whole.context.parallel(ready.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i) cell[i] = cell_of(ready[i].corner);
+        }));
+        int64_t edges[kNobody + 1] = {};
+        for (const uint8_t k : cell) ++edges[k];
+        parts = static_cast<Part*>(memory.allocate(size_of_parts()));
+        for (int32_t i = 0; i < 1 << cells.levels; ++i) {
+            new (&parts[i]) Part(whole);
+            ++count;
+            // A flip takes an edge out and makes one or two NLD, seldom more; what there is no room for is left to the whole.
+            for (Array<Loop::Entry>* entries : {&parts[i].loop.ready, &parts[i].loop.deferred})
+                entries->reserve(2 * edges[i] + 64);
+        }
+        int64_t left = 0;
+        for (int64_t i = 0; i < ready.size(); ++i)
+            if (cell[i] == kNobody)
+                ready[left++] = ready[i];
+            else
+                parts[cell[i]].loop.ready.push_back(ready[i]);
+        ready.resize_uninitialized(left);
+        return DELMESH_OK;
+    }
+
+    void flip_inside(uint8_t cell, Loop& part) const {
+        constexpr int64_t kMostAdded = 4; // by a flip
+        std::make_heap(part.ready.begin(), part.ready.end());
+        for (int64_t steps = 1; !part.ready.empty() && part.ready.room() >= kMostAdded && part.deferred.room() > 0; ++steps) {
+            if ((steps & 0x3ff) == 0 && whole.context.cancel_requested()) return;
+            std::pop_heap(part.ready.begin(), part.ready.end());
+            const Loop::Entry e = part.ready.pop_back();
+            if (!part.still_nld(e)) continue;
+            const bool mine = cell_of(e.corner) == cell;
+            const Judgement judgement = mine ? part.judge(e.corner) : Judgement{Verdict::kept, {}};
+            if (judgement.verdict == Verdict::flip)
+                part.do_flip(e.corner, judgement.free);
+            else
+                part.deferred.push_back(e);
+        }
+    }
+
+    Loop& whole;
+    Cells cells;
+    Part* parts = nullptr;
+    int32_t count = 0;
+};
+
+Status Loop::flip_parts() {
+    constexpr int64_t kFewest = 4 * kEdgesPerPart; // below that the paper's order, as one thread is as fast
+    return ready.size() < kFewest ? DELMESH_OK : FlipParts(*this).run();
+}
 
 Status Loop::run_parts() {
     // What is left by the first parts is near their borders, or there was no room for: other parts may take it.

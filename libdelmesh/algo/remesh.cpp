@@ -4,7 +4,6 @@
 #include "algo/remesh.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -15,6 +14,8 @@
 #include "algo/hand_out.h"
 #include "algo/parallel_slices.h"
 #include "algo/repair.h"
+#include "base/stopwatch.h"
+#include "geom/angle.h"
 #include "geom/predicates.h"
 #include "mesh/build.h"
 #include "mesh/surface.h"
@@ -26,19 +27,6 @@ namespace {
 // How far the surface may move in all where float32 or float64 have no room for a split vertex, in units in the last place.
 constexpr double kNeed = 64;
 constexpr double kSplitRounding = 0.87; // units in the last place a rounded point may be off its place: sqrt(3) / 2
-
-class Stopwatch {
-public:
-    double lap() {
-        const auto now = std::chrono::steady_clock::now();
-        const double seconds = std::chrono::duration<double>(now - last_).count();
-        last_ = now;
-        return seconds;
-    }
-
-private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // Of the vertices that faces use.
 struct Extent {
@@ -126,19 +114,6 @@ double range_scale(double largest) {
     return exponent > -200 && exponent < 200 ? 1 : std::ldexp(1.0, -std::min(std::max(exponent, -1000), 1000));
 }
 
-// cos of an angle in degrees, 0..180, by arithmetic alone: libm's differs between systems in the last place, and a decision
-// must not.
-double cosine_of_degrees(double degrees) {
-    const bool obtuse = degrees > 90;
-    const double x = (obtuse ? 180 - degrees : degrees) * 0.017453292519943295;
-    double term = 1, sum = 1;
-    for (int k = 2; k <= 24; k += 2) {
-        term *= -x * x / static_cast<double>(k * (k - 1));
-        sum += term;
-    }
-    return obtuse ? -sum : sum;
-}
-
 // The copy as it is, and without what its precision made degenerate. marks: what scan_faces finds on it; empty if that was so
 // before a repair only.
 Status look_and_repair(Context& context, const delmesh_remesh_options& options, Surface& s, Extent& extent, Array<uint8_t>& marks,
@@ -189,6 +164,23 @@ Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, d
     return DELMESH_OK;
 }
 
+// The edges of faces that stay as they are, and all copies of those that were cut at import.
+void freeze(Surface& s, const uint8_t* face_mask) {
+    const auto freeze_edge = [&](int32_t c) {
+        s.corner_bits[c] |= kEdgeFrozen;
+        if (s.twin(c) >= 0) s.corner_bits[s.twin(c)] |= kEdgeFrozen;
+    };
+    for (int32_t c = 0; c < s.corners(); ++c) {
+        const int32_t f = face_of(c);
+        if (s.is_dead(f) || face_mask[s.face_src[f]] != 0) continue;
+        freeze_edge(c);
+        if (!is_cut(s.twin(c))) continue;
+        const int32_t start = cut_slot(s.twin(c));
+        for (int32_t slot = s.cut_slots[start].next; slot != start; slot = s.cut_slots[slot].next)
+            freeze_edge(s.cut_slots[slot].corner);
+    }
+}
+
 // Cuts can leave two edges between the same two vertices, which a list of faces cannot tell apart: a corner of one, or -1.
 int32_t edge_met_twice(const Mesh& mesh) {
     struct Edge {
@@ -227,7 +219,7 @@ Status count(Context& context, const Mesh& in, bool repaired, Mesh& out) {
 } // namespace
 
 Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& options, Mesh& out, delmesh_remesh_report& report,
-              const ModelSize* whole) {
+              const ModelSize* whole, const uint8_t* face_mask) {
     Stopwatch watch;
     const Precision precision = options.precision == DELMESH_FLOAT32 ? Precision::f32 : Precision::f64;
     const bool preserve = options.mode == DELMESH_MODE_PRESERVE;
@@ -270,6 +262,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     rules.effort = preserve ? options.effort : 1;
     rules.split_budget = options.split_budget > 0 ? options.split_budget : in.vertices() / 50 + 200;
     DM_TRY(mark_edges(context, in, surface, options.mode == DELMESH_MODE_FEATURE, options.feature_angle));
+    if (face_mask != nullptr) freeze(surface, face_mask);
     report.seconds_repair = watch.lap();
 
     // The tolerance is spent on two things that add up: flips, inside of patches or outside, and the rounding of split vertices
@@ -326,7 +319,8 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
                                 out.face_source.empty() ? face_of(twice) : out.face_source[face_of(twice)]);
     }
     Certificate certificate;
-    DM_TRY(certify_mesh(context, out, rules.boundary_rule, certificate, nullptr, nullptr));
+    int64_t frozen = 0;
+    DM_TRY(certify_unfrozen(context, out, rules.boundary_rule, certificate, frozen));
     report.nld_out = certificate.nld_interior + certificate.nld_boundary;
     report.certified = certificate.delaunay(rules.boundary_rule) ? 1 : 0;
     report.seconds_certify = watch.lap();

@@ -13,8 +13,9 @@ struct ModelSize {
 };
 
 // options are checked and complete; `report` arrives zeroed but for struct_size and is filled as far as the call got.
-// whole: if `in` is a piece of a model, the size of that.
+// whole: if `in` is a piece of a model, the size of that. face_mask: null, or per face 0 where it and its edges stay as they are,
+// Delaunay or not; these edges are frozen in `out`.
 Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& options, Mesh& out, delmesh_remesh_report& report,
-              const ModelSize* whole = nullptr);
+              const ModelSize* whole = nullptr, const uint8_t* face_mask = nullptr);
 
 } // namespace dm

@@ -3,17 +3,29 @@
 
 #include <cstdlib>
 
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 namespace dm {
 namespace {
 
 constexpr uint64_t kAlign = 64; // a cache line; also what the widest vector loads want
+// As large as this, the first touch of each small page costs more than most of what is done with it. Huge ones must be whole.
+constexpr uint64_t kHugePage = 1 << 21;
 
 void* default_alloc(void*, uint64_t size, uint64_t align) {
 #if defined(_WIN32)
     return _aligned_malloc(size, align);
 #else
     void* pointer = nullptr;
-    return posix_memalign(&pointer, align, size) == 0 ? pointer : nullptr;
+    const bool huge = size >= kHugePage;
+    if (huge) size = (size + kHugePage - 1) / kHugePage * kHugePage;
+    if (posix_memalign(&pointer, huge ? kHugePage : align, size) != 0) return nullptr;
+#if defined(__linux__)
+    if (huge) static_cast<void>(madvise(pointer, size, MADV_HUGEPAGE));
+#endif
+    return pointer;
 #endif
 }
 

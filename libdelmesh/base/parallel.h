@@ -30,6 +30,8 @@ private:
     void start_threads();
     void work();       // a thread's life
     void take_tasks(); // until none is left
+    template <class Done>
+    static void stay_awake(Done&& done);
 
     int32_t max_threads_;
     delmesh_parallel_for_fn host_;
@@ -40,9 +42,10 @@ private:
 
     std::mutex mutex_;
     std::condition_variable wake_, finished_;
-    uint64_t generation_ = 0; // counts runs; threads wait for it to move
-    int32_t working_ = 0;     // threads inside take_tasks
-    bool stop_ = false;
+    // Written under the lock; atomic for those who look without it.
+    std::atomic<uint64_t> generation_{0}; // counts runs; threads wait for it to move
+    std::atomic<int32_t> working_{0};     // threads inside take_tasks
+    std::atomic<bool> stop_{false};
     delmesh_task_fn task_ = nullptr;
     void* data_ = nullptr;
     int32_t count_ = 0;

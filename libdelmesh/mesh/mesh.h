@@ -53,6 +53,7 @@ enum EdgeBit : uint8_t {
     kEdgeMarked = DELMESH_EDGE_MARKED,
     kEdgeFeature = DELMESH_EDGE_FEATURE,
     kEdgeSource = DELMESH_EDGE_SOURCE,
+    kEdgeFrozen = 128, // of a face outside of the region: neither the edge nor its faces may change. Not handed out
 };
 
 // Where a vertex lies on the source: three source vertices and weights. Kept only for vertices made by splits.
@@ -71,7 +72,7 @@ struct MeshCounts { // see delmesh_mesh_info
 struct Mesh {
     explicit Mesh(Memory& memory)
         : pos32(memory), pos64(memory), corner_vert(memory), corner_twin(memory), corner_bits(memory), cut_slots(memory),
-          face_source(memory), vert_source(memory), vert_join(memory), split_map(memory) {}
+          face_source(memory), vert_source(memory), vert_join(memory), vert_parent(memory), split_map(memory) {}
 
     // Made by mesh_create: its sources are the caller's arrays, and operations look through it to those. The sources of other
     // meshes are the mesh that they were made from.
@@ -86,7 +87,8 @@ struct Mesh {
     Array<int32_t> face_source; // F, or empty for the identity
     Array<int32_t> vert_source; // V, or empty for the identity; -1 for split vertices
     Array<int32_t> vert_join;   // V, or empty for the identity
-    int32_t first_split = 0;    // vertices [first_split, V) were made by splits;
+    Array<int32_t> vert_parent; // V, or empty for the identity: the vertex of the next coarser level
+    int32_t first_split = 0;    // vertices [first_split, V) were made by splits, or moved by decimation;
     Array<VertexMap> split_map; // split_map[v - first_split] says where
     int32_t vertex_count = 0;
     MeshCounts counts;

@@ -2,6 +2,7 @@
 #include "mesh/surface.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace dm {
 
@@ -346,10 +347,22 @@ Surface::Surface(Surface& whole, uint8_t number)
       split_vertices(Array<SplitVertex>::alias(whole.split_vertices)), pins(Array<int32_t>::alias(whole.pins)),
       first_copy(whole.first_copy), first_split(whole.first_split), changes_(whole.pos.memory()),
       changed_bits_(whole.pos.memory()), changed_slots_(whole.pos.memory()), new_verts_(whole.pos.memory()),
-      new_faces_(whole.pos.memory()), new_carriers_(whole.pos.memory()), number_(number) {
-    constexpr int64_t kMostChanges = 16384; // of one trial
-    changes_.reserve(kMostChanges);
-    changed_bits_.reserve(kMostChanges);
+      new_faces_(whole.pos.memory()), new_carriers_(whole.pos.memory()), number_(number) {}
+
+void Surface::swap_log(TrialLog& log) {
+    std::swap(changes_, log.changes_);
+    std::swap(changed_bits_, log.changed_bits_);
+}
+
+void Surface::reserve_freed(int64_t verts) {
+    const auto reserve = [](Numbers& numbers, int64_t count) {
+        const int64_t most = 2 * numbers.supplied + 16; // in a later turn, numbers that earlier parts gave out come back too
+        numbers.again.reserve(std::min(numbers.again.size() + count, most));
+        numbers.freed.reserve(256);
+    };
+    reserve(new_verts_, verts);
+    reserve(new_faces_, 2 * verts);
+    reserve(new_carriers_, verts);
 }
 
 void Surface::refresh(Surface& whole, const uint8_t* owner) {
@@ -369,12 +382,9 @@ void Surface::refresh(Surface& whole, const uint8_t* owner) {
 
 void Surface::supply(const Supply& more) {
     const auto add = [](Numbers& numbers, const Range& range) {
-        const int64_t all = numbers.supplied + range.size();
-        numbers.again.reserve(2 * all + 16); // in a later turn, numbers that earlier parts gave out come back too
-        numbers.freed.reserve(256);
         while (numbers.range.next < numbers.range.end) numbers.again.push_back(--numbers.range.end);
         numbers.range = range;
-        numbers.supplied = all;
+        numbers.supplied += range.size();
     };
     add(new_verts_, more.verts);
     add(new_faces_, more.faces);
@@ -389,7 +399,7 @@ bool Surface::has_room() const {
     };
     return new_verts_.range.next < new_verts_.range.end && new_faces_.room() >= 2 && new_carriers_.room() >= 1 &&
            may_free(new_verts_, 1) && may_free(new_faces_, 2) && may_free(new_carriers_, 1) &&
-           changes_.room() >= kOneEdit && changed_bits_.room() >= kOneEdit;
+           (!in_trial_ || (changes_.room() >= kOneEdit && changed_bits_.room() >= kOneEdit));
 }
 
 Surface::Supply Surface::grow_blank(int32_t verts, int32_t faces_count, int32_t carriers_count) {
@@ -420,7 +430,7 @@ void Surface::take_back(Surface& part) {
         for (int32_t n = from.range.end - 1; n >= from.range.next; --n) to.again.push_back(n); // the smallest is used first
         for (const int32_t n : from.again) to.again.push_back(n);
         from.range.next = from.range.end;
-        from.again.clear();
+        from.again.free_storage();
     };
     take(new_verts_, part.new_verts_);
     take(new_faces_, part.new_faces_);
@@ -501,7 +511,7 @@ bool Surface::collapse_is_legal(int32_t c) const {
 }
 
 void Surface::kill_face(int32_t face) {
-    for (int k = 0; k < 3; ++k) corner_vert[3 * static_cast<int64_t>(face) + k] = -1;
+    for (int32_t k = 0; k < 3; ++k) put(&Surface::corner_vert, 3 * face + k, -1);
     ++dead_faces;
 }
 
@@ -528,7 +538,7 @@ void Surface::collapse(int32_t c) {
     const int32_t start = vert_corner[q];
     int32_t k = start;
     do {
-        corner_vert[k] = p;
+        put(&Surface::corner_vert, k, p);
         k = rotate(k);
     } while (k >= 0 && k != start);
     // Zip the two other edges of each face of the edge together.
@@ -551,19 +561,19 @@ void Surface::collapse(int32_t c) {
             drop_from_ring(a);
             drop_from_ring(b);
         }
-        if (ta >= 0) corner_bits[ta] |= bits;
-        if (tb >= 0) corner_bits[tb] |= bits;
+        if (ta >= 0) put_bits(ta, corner_bits[ta] | bits);
+        if (tb >= 0) put_bits(tb, corner_bits[tb] | bits);
         // ta starts at w, tb ends there: outgoing corners of w and of p that stay.
         const int32_t at_w = ta >= 0 ? ta : tb >= 0 ? next_corner(tb) : -1;
-        if (vert_corner[w] == b || vert_corner[w] == a || at_w < 0) vert_corner[w] = at_w;
+        if (vert_corner[w] == b || vert_corner[w] == a || at_w < 0) put(&Surface::vert_corner, w, at_w);
         if (tb >= 0)
             p_corner = tb;
         else if (ta >= 0)
             p_corner = next_corner(ta);
         kill_face(face_of(side));
     }
-    vert_corner[q] = -1;
-    vert_corner[p] = p_corner;
+    put(&Surface::vert_corner, q, -1);
+    put(&Surface::vert_corner, p, p_corner);
     unite(p, q);
     // Boundary vertices keep their boundary corner.
     const auto settle = [this](int32_t x) {
@@ -576,7 +586,7 @@ void Surface::collapse(int32_t c) {
             m = next_corner(beyond);
             if (m == first) break;
         }
-        vert_corner[x] = m;
+        if (m != first) put(&Surface::vert_corner, x, m);
     };
     settle(p);
     for (const int32_t side : sides)
@@ -777,7 +787,7 @@ void Surface::remove_component(const Array<int32_t>& faces_of_it) {
     for (const int32_t f : faces_of_it) {
         for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
             drop_from_ring(c);
-            vert_corner[corner_vert[c]] = -1;
+            put(&Surface::vert_corner, corner_vert[c], -1);
         }
     }
     for (const int32_t f : faces_of_it) kill_face(f);

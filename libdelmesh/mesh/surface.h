@@ -21,10 +21,13 @@ struct Carrier {
     int32_t a, b;
 };
 struct SplitVertex {
+    SplitVertex() = default;
+    SplitVertex(int32_t carrier_, double t_, const Vec3& exact_, int32_t depth_)
+        : carrier(carrier_), depth(depth_), t(t_), exact(exact_) {}
     int32_t carrier;
+    int32_t depth; // how many carriers deep: in float64, each adds the rounding of the one below
     double t;      // position = a + t (b - a), rounded
     Vec3 exact;    // the same before it was rounded to the output precision: where further carriers begin
-    int32_t depth; // how many carriers deep: in float64, each adds the rounding of the one below
 };
 
 class Surface {
@@ -56,7 +59,8 @@ public:
     bool may_edit(int32_t c) const {
         return owner_ == nullptr || (owns(vert(c)) && owns(head(c)) && owns(apex(c)) && (is_boundary(c) || owns(apex(twin(c)))));
     }
-    bool has_room() const; // for one more split, and in a trial for what it overwrites
+    bool has_room() const;             // for one more split, and in a trial for what it overwrites
+    void reserve_freed(int64_t verts); // room for the numbers that so many more taken out vertices free
 
     // -- read
     int32_t vertices() const { return static_cast<int32_t>(pos.size()); }
@@ -69,6 +73,7 @@ public:
     int32_t twin(int32_t c) const { return corner_twin[c]; }
     bool is_boundary(int32_t c) const { return corner_twin[c] < 0; }
     bool is_kept(int32_t c) const { return (corner_bits[c] & (kEdgeMarked | kEdgeFeature)) != 0; }
+    bool is_frozen(int32_t c) const { return (corner_bits[c] & kEdgeFrozen) != 0; }
     bool is_dead(int32_t face) const { return corner_vert[3 * static_cast<int64_t>(face)] < 0; }
     bool is_original(int32_t v) const { return v < first_split; }
     // The vertex of the Mesh that an original vertex is, or was copied from by a repair.
@@ -128,7 +133,11 @@ public:
     // Removes the face of a boundary corner c; splits off a copy of the apex where that pinches it.
     void remove_boundary_face(int32_t c);
 
-    // -- trials: between begin and the end, only flip, split, unsplit and add_vertex, on edges that no cut made
+    // What a trial overwrites. A part is lent this: trials of different parts need as many as there are threads.
+    class TrialLog;
+    void swap_log(TrialLog& log);
+
+    // -- trials: between begin and the end, only flip, split, unsplit, add_vertex, collapse and remove_component, on edges that no cut made
     void begin_trial();
     void keep_trial();
     void undo_trial();
@@ -221,6 +230,20 @@ private:
     int64_t dead_faces_before_ = 0;
     const uint8_t* owner_ = nullptr; // of a part
     uint8_t number_ = 0;
+};
+
+class Surface::TrialLog {
+public:
+    explicit TrialLog(Memory& memory) : changes_(memory), changed_bits_(memory) {
+        constexpr int64_t kMost = 16384;
+        changes_.reserve(kMost);
+        changed_bits_.reserve(kMost);
+    }
+
+private:
+    friend class Surface;
+    Array<Change> changes_;
+    Array<BitsChange> changed_bits_;
 };
 
 } // namespace dm

@@ -56,6 +56,8 @@ private:
                  LL{mesh_.vert_source.size()}, LL{vertices});
         DM_HOLDS(fits_or_empty(mesh_.vert_join, vertices), "vert_join had %lld vertices of %lld.", LL{mesh_.vert_join.size()},
                  LL{vertices});
+        DM_HOLDS(fits_or_empty(mesh_.vert_parent, vertices), "vert_parent had %lld vertices of %lld.",
+                 LL{mesh_.vert_parent.size()}, LL{vertices});
         DM_HOLDS(mesh_.first_split >= 0 && mesh_.first_split + mesh_.split_map.size() == vertices,
                  "first_split was %d with %lld split vertices of %lld.", mesh_.first_split, LL{mesh_.split_map.size()},
                  LL{vertices});
@@ -84,7 +86,7 @@ private:
     // twins: symmetric, running opposite ways between the same vertices in different faces, with the same bits
     Status check_twin(int32_t c) {
         const int32_t t = mesh_.corner_twin[c];
-        constexpr int kKnownBits = kEdgeMarked | kEdgeFeature | kEdgeSource;
+        constexpr int kKnownBits = kEdgeMarked | kEdgeFeature | kEdgeSource | kEdgeFrozen;
         const int bits = mesh_.corner_bits.empty() ? 0 : mesh_.corner_bits[c];
         DM_HOLDS((bits & ~kKnownBits) == 0, "Corner %d had edge bits %d.", c, bits);
         if (t == kBoundary) return DELMESH_OK;
@@ -153,14 +155,17 @@ private:
         });
     }
 
-    // maps: sources, joins to a lower vertex at the same place, and weights that sum to 1
+    // maps: sources, parents (in another mesh: how many it has is not known), joins to a lower vertex at the same place, and weights
+    // that sum to 1
     Status check_maps() {
-        const bool has_source = !mesh_.vert_source.empty(), has_join = !mesh_.vert_join.empty();
+        const bool has_source = !mesh_.vert_source.empty(), has_parent = !mesh_.vert_parent.empty(),
+                   has_join = !mesh_.vert_join.empty();
         return for_each(0.9, 1, mesh_.vertices(), [&](int32_t v) -> Status {
             if (has_source) {
                 const int32_t source = mesh_.vert_source[v];
-                DM_HOLDS(v < mesh_.first_split ? source >= 0 : source == -1, "Vertex %d had source %d.", v, source);
+                DM_HOLDS(v < mesh_.first_split ? source >= 0 : source >= -1, "Vertex %d had source %d.", v, source);
             }
+            DM_HOLDS(!has_parent || mesh_.vert_parent[v] >= 0, "Vertex %d had parent %d.", v, mesh_.vert_parent[v]);
             if (has_join) {
                 const int32_t join = mesh_.vert_join[v];
                 DM_HOLDS(join >= 0 && join <= v && mesh_.vert_join[join] == join, "Vertex %d was joined to %d.", v, join);

@@ -261,6 +261,62 @@ static void documented_errors_of_remesh(void** state) {
     free_shape(&shape);
 }
 
+/* ---- Memory --------------------------------------------------------------------------------------------------------------- */
+
+/* A sheet of nearly equilateral triangles, each vertex moved by up to `noise` of an edge, in space. */
+static Shape rough_sheet(int32_t side, double noise) {
+    Shape shape = sheet_shape(side);
+    uint64_t state = 1;
+    for (int32_t i = 0; i < shape.verts; ++i) {
+        double* p = shape.positions + 3 * (ptrdiff_t)i;
+        p[0] = i % side - 0.5 * (i / side), p[1] = 0.875 * (i / side), p[2] = 0;
+        for (int k = 0; k < 3; ++k) {
+            state = state * 6364136223846793005u + 1442695040888963407u;
+            p[k] += noise * ((double)(state >> 40) / (1 << 23) - 1);
+        }
+    }
+    return shape;
+}
+
+/* What the context holds at most during create and remesh, per triangle of the input; both meshes are a part of it. The limits are
+ * what was measured and a twelfth. Memory is as deterministic as everything else, but for one log of trials per thread. */
+static void memory_per_triangle_stays_low(void** state) {
+    (void)state;
+    static const struct {
+        int32_t mode;
+        double tolerance;
+        int32_t precision, most;
+    } runs[] = {
+        {DELMESH_MODE_FLIP, -1, DELMESH_FLOAT32, 125},
+        {DELMESH_MODE_PRESERVE, -1, DELMESH_FLOAT32, 165},
+        {DELMESH_MODE_PRESERVE, 0, DELMESH_FLOAT32, 165},
+        {DELMESH_MODE_PRESERVE, -1, DELMESH_FLOAT64, 165},
+    };
+    Shape shape = rough_sheet(300, 0.42);
+    for (size_t i = 0; i < sizeof runs / sizeof *runs; ++i) {
+        Host own_host;
+        delmesh_context* own = host_context(&own_host, 2);
+        delmesh_mesh *in = shape_mesh(own, &shape), *out = NULL;
+        delmesh_remesh_options options = defaults();
+        options.mode = runs[i].mode;
+        options.tolerance = runs[i].tolerance;
+        options.precision = runs[i].precision;
+        delmesh_remesh_report report;
+        delmesh_remesh_report_init(&report, sizeof report);
+        assert_status(delmesh_remesh(own, in, &options, &out, &report), own, DELMESH_OK);
+        assert_true(report.nld_in > shape.faces / 12 && report.nld_in < shape.faces / 8);
+        if (runs[i].mode == DELMESH_MODE_PRESERVE) assert_true(report.splits > shape.faces / 10);
+        uint64_t peak;
+        delmesh_context_memory(own, NULL, &peak, NULL);
+        assert_in_range(peak, 1, (uint64_t)runs[i].most * (uint64_t)shape.faces);
+        delmesh_mesh_destroy(out);
+        delmesh_mesh_destroy(in);
+        delmesh_context_destroy(own);
+        assert_nothing_left(&own_host);
+    }
+    free_shape(&shape);
+}
+
 /* ---- Estimate ------------------------------------------------------------------------------------------------------------ */
 
 static void the_estimate_of_a_sheet_is_the_truth(void** state) {
@@ -462,6 +518,7 @@ int main(void) {
         cmocka_unit_test(bad_remesh_options),
         cmocka_unit_test(options_and_reports_of_every_age),
         cmocka_unit_test(documented_errors_of_remesh),
+        cmocka_unit_test(memory_per_triangle_stays_low),
         cmocka_unit_test(the_estimate_of_a_sheet_is_the_truth),
         cmocka_unit_test(certify_names_what_is_wrong),
         cmocka_unit_test(quality_of_a_kite),

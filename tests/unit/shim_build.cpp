@@ -113,6 +113,11 @@ void shim_mesh_set(shim_mesh* m, int32_t field, int32_t value) {
     }
 }
 
+void shim_mesh_set_parents(shim_mesh* m, int32_t count, int32_t parent) {
+    m->mesh.vert_parent.assign(count, 0);
+    if (count > 0) m->mesh.vert_parent[count - 1] = parent;
+}
+
 void shim_mesh_shorten(shim_mesh* m, int32_t array) {
     Mesh& a = m->mesh;
     const auto shorten = [](auto& elements) { elements.resize_uninitialized(elements.size() - 1); };

@@ -43,6 +43,8 @@ void shim_mesh_set(shim_mesh* mesh, int32_t field, int32_t value);
 /* Drops the last element of an array: 0 pos32, 1 corner_vert, 2 corner_twin, 3 corner_bits, 4 slots, 5 face_source,
  * 6 vert_source, 7 vert_join. */
 void shim_mesh_shorten(shim_mesh* mesh, int32_t array);
+/* vert_parent becomes `count` numbers: 0, 0, ... and last `parent`. */
+void shim_mesh_set_parents(shim_mesh* mesh, int32_t count, int32_t parent);
 /* Declares the last vertex a split vertex on (vert, vert, vert) with these weights. */
 void shim_mesh_set_split(shim_mesh* mesh, int32_t vert, double weight0, double weight1, double weight2);
 

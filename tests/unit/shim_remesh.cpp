@@ -24,6 +24,7 @@ shim_mesh* shim_mesh_blank(const delmesh_context_options* options) {
 void shim_remesh_into(shim_mesh* out, const shim_mesh* in, const delmesh_remesh_options* options, delmesh_remesh_report* report) {
     *report = {};
     report->struct_size = sizeof *report;
+    report->worst_face = report->worst_edge_from = report->worst_edge_to = -1; // what a caller's report begins with
     guarded(*out, [&] { return remesh(out->context, in->mesh, *options, out->mesh, *report); });
 }
 void shim_mesh_cancel(shim_mesh* m) {

@@ -142,12 +142,16 @@ shim_share shim_surface_grow_blank(shim_surface* whole, int32_t verts, int32_t f
     return {{s.verts.next, s.faces.next, s.carriers.next}, {s.verts.end, s.faces.end, s.carriers.end}};
 }
 shim_surface* shim_surface_part(shim_surface* whole, uint8_t number) {
-    return new shim_surface(whole->surface, number);
+    shim_surface* const part = new shim_surface(whole->surface, number);
+    Surface::TrialLog log(whole->surface.pos.memory());
+    part->surface.swap_log(log);
+    return part;
 }
 void shim_surface_supply(shim_surface* part, shim_surface* whole, const shim_share* share, const uint8_t* owner) {
     part->surface.refresh(whole->surface, owner);
     if (share == nullptr) return;
     part->surface.supply({{share->from[0], share->to[0]}, {share->from[1], share->to[1]}, {share->from[2], share->to[2]}});
+    part->surface.reserve_freed(share->to[0]); // more than there are
 }
 void shim_surface_take_back(shim_surface* whole, shim_surface* part) {
     whole->surface.take_back(part->surface);

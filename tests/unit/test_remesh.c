@@ -1130,6 +1130,86 @@ static void test_certify(void** state) {
         fail_msg("%d, %d, %d: nothing to find", (int)interior, (int)boundary_edges, (int)zero);
 }
 
+/* ---- crowds ---------------------------------------------------------------------------------------------------------------- */
+
+/* A small mesh on a grid of float32's units in the last place: split vertices soon have no room and melt. */
+static soup crowded(int which, uint64_t seed) {
+    const double size = which == 2 ? 12 : 4, noise = which == 2 ? 6 : 4;
+    soup s = which == 0 ? fan(3 + (int32_t)(seed % 5), seed) : which < 3 ? torus(3, 3, 0, 0) : torus(4, 3, 0, 0);
+    for (int32_t v = 0; v < s.vertices; ++v) {
+        double x[3];
+        for (int k = 0; k < 3; ++k) x[k] = 0x1p23 + 64 + floor(s.points[3 * v + k] * size + noise * random_unit(&seed));
+        set_point(&s, v, x[0], x[1], x[2]);
+    }
+    return s;
+}
+
+/* What the report says of where the vertices went, against the source and, where there is one, the result. */
+static int64_t check_where(shim_mesh* in, shim_mesh* out, const delmesh_remesh_options* o, const delmesh_remesh_report* r) {
+    const int64_t left = r->split_on_boundary + r->split_on_kept + r->split_crowded + r->split_on_caps +
+                         r->split_at_small_angles + r->split_on_flipped + r->split_elsewhere;
+    assert_int_equal(left + r->split_merged, r->splits);
+    assert_true(r->worst_edge_splits <= left && r->worst_edge_splits <= r->worst_face_splits && r->worst_face_splits <= left);
+    const shim_arrays a = shim_mesh_arrays(in);
+    const int32_t p = r->worst_edge_from, q = r->worst_edge_to;
+    if (r->worst_edge_splits == 0) {
+        assert_true(p == -1 && q == -1 && r->worst_face == -1 && r->worst_face_splits == 0);
+        return left;
+    }
+    assert_true(p < q && bits_of(&a, p, q) != 255);
+    assert_in_range(r->worst_face, 0, a.corners / 3 - 1);
+    if (shim_mesh_status(out) != DELMESH_OK || o->mode != P) return left;
+    int64_t there = 0;
+    const shim_arrays b = shim_mesh_arrays(out);
+    for (int32_t v = b.first_split; v < b.vertices; ++v) {
+        int32_t verts[3];
+        double weights[3];
+        shim_vertex_map(out, v, verts, weights);
+        there += weights[2] == 0 && ((verts[0] == p && verts[1] == q) || (verts[0] == q && verts[1] == p));
+    }
+    if (there < r->worst_edge_splits)
+        fail_msg("%d split vertices on the edge %d %d, the report has %d", (int)there, p, q, (int)r->worst_edge_splits);
+    return left;
+}
+
+/* Vertices that were counted on a line and are gone again, all of a line or all there were. */
+static void test_melted(void** state) {
+    (void)state;
+    int64_t melted = 0, nothing_left = 0, certified = 0, runs = 0;
+    for (int which = 0; which < 4; ++which)
+        for (uint64_t seed = 1; seed <= (which == 0 ? 600 : 24); ++seed) {
+            soup s = crowded(which, seed);
+            const delmesh_mesh_desc desc = desc_of_soup(&s);
+            shim_mesh* const in = shim_mesh_make(NULL, &desc, 0);
+            for (int32_t mode = P; mode <= K && shim_mesh_status(in) == DELMESH_OK; ++mode)
+                for (int boundary = 0; boundary < (which == 0 ? 2 : 1); ++boundary) {
+                    delmesh_remesh_options o = options_of(mode);
+                    o.boundary = boundary;
+                    o.tolerance = seed % 2 == 0 ? -1 : 0;
+                    if (mode == F) o.max_normal_turn = 20;
+                    o.max_vertices = 2000;
+                    delmesh_remesh_report r;
+                    shim_mesh* const out = shim_remesh(in, &o, 1, &r);
+                    const int32_t status = shim_mesh_status(out);
+                    if (status == DELMESH_OK)
+                        check_result(in, out, &o, &r);
+                    else if (status != DELMESH_ERROR_PRECISION && status != DELMESH_ERROR_VERTEX_LIMIT)
+                        fail_msg("status %d: %s", status, shim_mesh_error(out));
+                    const int64_t left = check_where(in, out, &o, &r);
+                    ++runs;
+                    certified += status == DELMESH_OK;
+                    melted += r.split_merged > 0;
+                    nothing_left += r.splits > 0 && left == 0;
+                    shim_mesh_free(out);
+                }
+            shim_mesh_free(in);
+            free_soup(&s);
+        }
+    print_message("    %d runs, %d certified, %d melted, %d to nothing\n", (int)runs, (int)certified, (int)melted,
+                  (int)nothing_left);
+    assert_true(melted > 50 && nothing_left > 0 && certified > runs / 2);
+}
+
 /* ---- few vertices, and parts ----------------------------------------------------------------------------------------------- */
 
 /* Sanitizers make it slow, and find what they look for without the long searches. */
@@ -1258,6 +1338,52 @@ static void test_parts(void** state) {
             fail_msg("%d vertices with effort %d, %d before", (int)sums[effort], effort, (int)sums[effort - 1]);
 }
 
+/* Flips in parts: from 4,096 NLD edges on. The bytes are the same with any number of threads, and mirrored if the mesh is. */
+static void test_parts_flip(void** state) {
+    (void)state;
+    for (int which = 0; which < 3; ++which) {
+        soup s = which == 0 ? torus(200, 100, 0.35, 61) : which == 1 ? sheet(150, 130, 3, 0.45, 62) : book(3, 90, 0.4, 63);
+        uint64_t seed = 64;
+        for (int32_t v = 0; which == 2 && v < s.vertices; ++v) {
+            double* const x = s.points + 3 * v;
+            set_point(&s, v, x[0] + 0.3 * random_unit(&seed), x[1] + 0.4 * x[0], x[2] + 0.3 * random_unit(&seed));
+        }
+        soup t = copy_of_soup(&s);
+        for (int32_t v = 0; v < t.vertices; ++v) t.points[3 * v + which] *= -1;
+        shim_mesh* const in = made_of_soup(&s);
+        shim_mesh* const mirrored = made_of_soup(&t);
+        for (int32_t mode = F; mode <= K; ++mode) {
+            delmesh_remesh_options o = options_of(mode);
+            o.precision = (which + mode) % 2 == 0 ? DELMESH_FLOAT32 : DELMESH_FLOAT64;
+            delmesh_remesh_report r, q;
+            shim_mesh* const one = remeshed(in, &o, &r);
+            assert_true(r.nld_in >= 4096 && r.flips > 0);
+            static const int32_t threads[] = {2, 4, 7};
+            for (int i = 0; i < (kEfforts == 4 ? 3 : 1); ++i) {
+                shim_mesh* const many = shim_remesh(in, &o, threads[i], &q);
+                assert_int_equal(shim_mesh_status(many), DELMESH_OK);
+                expect_same_bytes(one, many, &r, &q);
+                shim_mesh_free(many);
+            }
+            shim_mesh* const other = remeshed(mirrored, &o, &q);
+            const shim_arrays a = shim_mesh_arrays(one), b = shim_mesh_arrays(other);
+            assert_int_equal(a.corners, b.corners);
+            assert_memory_equal(a.corner_vert, b.corner_vert, (size_t)a.corners * sizeof(int32_t));
+            assert_memory_equal(a.corner_twin, b.corner_twin, (size_t)a.corners * sizeof(int32_t));
+            for (int32_t v = 0; v < a.vertices; ++v)
+                for (int k = 0; k < 3; ++k) assert_true(coordinate(&a, v, k) == (k == which ? -1 : 1) * coordinate(&b, v, k));
+            print_message("    mesh %d mode %d: %d NLD, %d flips, %d later, %d splits\n", which, mode, (int)r.nld_in,
+                          (int)r.flips, (int)r.flips_after, (int)r.splits);
+            shim_mesh_free(other);
+            shim_mesh_free(one);
+        }
+        shim_mesh_free(mirrored);
+        shim_mesh_free(in);
+        free_soup(&t);
+        free_soup(&s);
+    }
+}
+
 /* A limit of vertices holds for all parts together. */
 static void test_parts_limit(void** state) {
     (void)state;
@@ -1356,7 +1482,7 @@ static int32_t run_in_host(host* h, const shim_mesh* in, const delmesh_remesh_op
     h->fail_at = 0;
     h->in_pool = 0;
     const int misused = h->misused;
-    if (status == DELMESH_OK) assert_true(r.nld_in >= 2048);
+    if (status == DELMESH_OK) assert_true(r.nld_in >= (o->mode == F ? 4096 : 2048));
     if (status == DELMESH_OK) check_result(in, h->out, o, &r);
     shim_mesh_free(h->out);
     assert_int_equal(h->live, 0);
@@ -1366,14 +1492,14 @@ static int32_t run_in_host(host* h, const shim_mesh* in, const delmesh_remesh_op
 
 static void test_parts_refusals(void** state) {
     (void)state;
-    for (int which = 0; which < 2; ++which) {
-        soup s = which == 0 ? torus(90, 60, 0.3, 51) : torus(110, 60, 0.1, 52);
+    for (int which = 0; which < 3; ++which) { /* 2: flips alone */
+        soup s = which == 0 ? torus(90, 60, 0.3, 51) : which == 1 ? torus(110, 60, 0.1, 52) : torus(120, 90, 0.4, 53);
         if (which == 1)
             for (int32_t v = 0; v < s.vertices; ++v)
                 set_point(&s, v, 3 * s.points[3 * v] + s.points[3 * v + 1], s.points[3 * v + 1] + s.points[3 * v + 2],
                           s.points[3 * v + 2]);
         shim_mesh* const in = made_of_soup(&s);
-        delmesh_remesh_options o = options_of(P);
+        delmesh_remesh_options o = options_of(which == 2 ? F : P);
         o.max_vertices = 60 * s.vertices;
         host h;
         memset(&h, 0, sizeof h);
@@ -1396,6 +1522,25 @@ static void test_parts_refusals(void** state) {
         shim_mesh_free(in);
         free_soup(&s);
     }
+}
+
+/* So many edges in each part that cannot be flipped that a part's turn ends before all of them were looked at again. */
+static void test_blocked_everywhere(void** state) {
+    (void)state;
+    soup s = sheet(300, 300, 1, 0.05, 61);
+    for (int32_t v = 0; v < s.vertices; ++v)
+        set_point(&s, v, s.points[3 * v] + 0.5 * s.points[3 * v + 1], s.points[3 * v + 1], s.points[3 * v + 2]);
+    shim_mesh* const in = made_of_soup(&s);
+    delmesh_remesh_options o = inner_options_of(P);
+    o.tolerance = 0;
+    o.effort = 0;
+    host h;
+    memset(&h, 0, sizeof h);
+    h.cancel_at = 300; /* it takes 31 */
+    assert_int_equal(run_in_host(&h, in, &o), DELMESH_OK);
+    print_message("    %d parallel loops\n", (int)h.pools);
+    shim_mesh_free(in);
+    free_soup(&s);
 }
 
 /* With the argument "parts" only what runs parts of a mesh in parallel, with "rest" all else: two tests to ctest. */
@@ -1428,10 +1573,13 @@ int main(int count, char** arguments) {
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_slab),
         cmocka_unit_test(test_certify),
+        cmocka_unit_test(test_melted),
         cmocka_unit_test(test_effort_laws),
         cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_parts_flip),
         cmocka_unit_test(test_parts_limit),
         cmocka_unit_test(test_parts_refusals),
+        cmocka_unit_test(test_blocked_everywhere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

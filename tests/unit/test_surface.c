@@ -900,6 +900,43 @@ static void test_numbers_in_trials(void** state) {
     free_model(&m);
 }
 
+/* But a copy that an edit makes of a split vertex gets a new number, whatever was given back: the loop looks for what an edit added
+ * at the end. */
+static void test_copies_are_new(void** state) {
+    (void)state;
+    static const int32_t quad[] = {0, 1, 2, 0, 2, 3};
+    model m = MODEL(4, quad);
+    shim_surface_split(m.surface, 4); /* 4 on the edge 2 3: faces 0 2 4 and 4 3 0 */
+    const int32_t tail = shim_surface_split(m.surface, 1);
+    shim_surface_unsplit(m.surface, 1); /* 5, given back */
+    assert_true(tail > 0);
+    shim_surface_flip(m.surface, 3); /* 0 2 becomes 1 4 */
+    shim_table s = shim_surface_table(m.surface);
+    assert_int_equal(s.vertices, 6);
+    assert_int_equal(s.vertices_in_use, 5);
+    int32_t rim = -1;
+    for (int32_t c = 0; c < s.corners; ++c)
+        if (s.corner_vert[c] == 0 && s.corner_vert[next_of(c)] == 1 && s.corner_vert[prev_of(c)] == 4) rim = c;
+    assert_true(rim >= 0 && s.corner_twin[rim] < 0);
+    const topology before = checked(m.surface);
+    shim_surface_remove_boundary_face(m.surface, rim); /* what is left meets in 4 alone */
+    s = shim_surface_table(m.surface);
+    assert_int_equal(s.vertices, 7);
+    assert_int_equal(s.vert_corner[5], -1);
+    assert_true(s.vert_corner[6] >= 0 && s.copies == 0);
+    assert_int_equal(s.pins[6 - s.first_split], 0);
+    assert_memory_equal(s.pos + 18, s.pos + 12, 3 * sizeof(double));
+    int32_t carrier[2];
+    assert_true(shim_surface_split_parameter(m.surface, 4, &carrier[0]) ==
+                shim_surface_split_parameter(m.surface, 6, &carrier[1]));
+    assert_int_equal(carrier[0], carrier[1]);
+    check_books(m.surface);
+    assert_int_equal(checked(m.surface).components, before.components + 1);
+    shim_surface_split(m.surface, s.vert_corner[6]); /* a split takes what was given back */
+    assert_int_equal(shim_surface_table(m.surface).vertices, 7);
+    free_model(&m);
+}
+
 /* ---- random trials --------------------------------------------------------------------------------------------------------- */
 
 typedef struct {
@@ -1250,6 +1287,7 @@ int main(void) {
         cmocka_unit_test(test_walk_book),
         cmocka_unit_test(test_unsplit),
         cmocka_unit_test(test_numbers_in_trials),
+        cmocka_unit_test(test_copies_are_new),
         cmocka_unit_test(test_trials_torus),
         cmocka_unit_test(test_trials_disc),
         cmocka_unit_test(test_trials_book),
