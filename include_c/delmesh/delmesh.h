@@ -241,7 +241,9 @@ enum {
     DELMESH_EDGE_FLAGS = 8,     /* E, uint8 or wider: DELMESH_EDGE_* */
     DELMESH_VERT_MAP_VERT = 9,  /* V x 3: three source vertices ... */
     DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and weights (sum 1) where the vertex lies; a source vertex: (i,i,i) (1,0,0) */
-    DELMESH_CORNER_TWIN = 11    /* 3F x 1, or F x 3: the corner of the same edge in the neighbouring face, -1 on the boundary */
+    DELMESH_CORNER_TWIN = 11,   /* 3F x 1, or F x 3: the corner of the same edge in the neighbouring face, -1 on the boundary */
+    DELMESH_VERT_PARENT = 12    /* V: of a level of delmesh_lod_family: the vertex of the next coarser level that this one went
+                                   into; the coarsest level's, and other meshes', are themselves */
 };
 
 enum {
@@ -378,6 +380,118 @@ DELMESH_API void delmesh_preserve_estimate_init(delmesh_preserve_estimate* estim
 DELMESH_API int32_t delmesh_estimate_preserve(delmesh_context* context, const delmesh_mesh* in,
                                               const delmesh_remesh_options* options, delmesh_preserve_estimate* out);
 
+/* ---- Decimate ------------------------------------------------------------------------------------------------------------- */
+
+/* How far a level goes. */
+enum {
+    DELMESH_TARGET_FULL = 0,     /* nothing is taken away: the Delaunay mesh that decimation begins with */
+    DELMESH_TARGET_VERTICES = 1, /* at most so many vertices */
+    DELMESH_TARGET_FACES = 2,    /* at most so many triangles */
+    DELMESH_TARGET_RATIO = 3,    /* at most this share of the input's triangles, 0..1 */
+    DELMESH_TARGET_DEVIATION = 4 /* as few as can be while no point of either surface is farther than this from the other, in
+                                    model units: proven, against the input as given */
+};
+/* 16 bytes, frozen. */
+typedef struct delmesh_target {
+    int32_t kind;
+    int32_t reserved0;
+    double value;
+} delmesh_target;
+
+enum { DELMESH_COLLAPSE_ALL = 0, DELMESH_COLLAPSE_PAPER = 1, DELMESH_COLLAPSE_ENDPOINTS = 2 };
+
+/* Why a level ended where it did. Where several reasons refused collapses, the one that refused most. A deviation target ends with
+ * TARGET where the deviation is kept and spent, and with BOUND only where making the mesh Delaunay, or a level before, had spent it
+ * already: the level is then the Delaunay mesh, or the level before once more, and its `bound` the larger distance that is proven. */
+enum {
+    DELMESH_STOPPED_BY_TARGET = 0,   /* the target was reached; a deviation: no collapse was left that keeps it */
+    DELMESH_STOPPED_BY_TOPOLOGY = 1, /* any further collapse would change components, boundary loops or genus */
+    DELMESH_STOPPED_BY_DELAUNAY = 2, /* ... or leave an edge that is not Delaunay and may not be flipped, or a fold */
+    DELMESH_STOPPED_BY_FEATURES = 3, /* ... or move what stays: corners, features, boundaries, locked vertices, the region's border */
+    DELMESH_STOPPED_BY_BOUND = 4     /* the deviation had been exceeded before the first collapse */
+};
+
+typedef struct delmesh_decimate_options {
+    uint32_t struct_size;
+    int32_t prepare;            /* how the input becomes Delaunay: DELMESH_MODE_FLIP (default), _FEATURE or _PRESERVE */
+    int32_t boundary;           /* as for delmesh_remesh, as are precision, strict, feature_angle, tolerance */
+    int32_t precision;          /* DELMESH_FLOAT32 */
+    int32_t strict;
+    /* Where the vertex goes that two become: DELMESH_COLLAPSE_ALL (default): what costs least of the quadrics' optimum, the best
+     * place in the paper's allowable region, the ends and the middle, with flips where none of these is Delaunay as it is;
+     * _PAPER: the allowable region alone; _ENDPOINTS: one of the two ends, with flips */
+    int32_t collapse_placement;
+    int32_t quality;            /* sweeps of relaxation over each level: vertices move to where the level fits the input better.
+                                   0 (default): none; 6 is most of what there is to gain */
+    int32_t reserved0;
+    double feature_angle;       /* prepare = feature: edges sharper than this are kept. 30 */
+    double tolerance;           /* prepare = preserve. < 0 (default): the rounding of the output */
+    double max_normal_turn;     /* degrees by which a collapse or one of its flips may turn a normal, 0..90: the fold-over limit. 78 */
+    double boundary_weight;     /* of the quadrics of boundary and kept edges, against those of faces. 1 */
+    double prune;               /* components whose bounding box has a smaller diagonal go away; 0 (default): none does */
+    delmesh_view vert_weights;  /* optional, V x 1 float32 or float64, > 0: scales the error around each source vertex */
+    delmesh_view locked_verts;  /* optional, V x 1 uint8 or int32: where not 0, the source vertex stays where it is */
+    delmesh_view face_mask;     /* optional, one uint8 or int32 per source polygon: faces with 0 stay as they are, their edges too,
+                                   Delaunay or not; what is NLD there is counted in nld_outside */
+} delmesh_decimate_options;
+
+DELMESH_API void delmesh_decimate_options_init(delmesh_decimate_options* options, uint32_t struct_size);
+
+typedef struct delmesh_level_report {
+    uint32_t struct_size;
+    int32_t certified;  /* 1: an exact test of the returned coordinates found no NLD edge (but outside of face_mask) and no
+                           zero-area face */
+    int32_t stopped_by; /* DELMESH_STOPPED_BY_* */
+    int32_t reserved0;
+    int64_t vertices, faces;
+    int64_t nld_outside;    /* edges of faces outside of face_mask, and on their border, that are NLD: those that delmesh_certify
+                               lists on the level, by the same boundary rule */
+    int64_t pruned_components;
+    int64_t relaxed_vertices; /* moved by relaxation */
+    double bound;           /* deviation targets: the distance that is proven to be kept, model units: the target's, or where
+                               stopped_by is BOUND a larger one; else < 0 */
+    double seconds;         /* since the level before was done */
+} delmesh_level_report;
+
+DELMESH_API void delmesh_level_report_init(delmesh_level_report* report, uint32_t struct_size);
+
+typedef struct delmesh_decimate_report {
+    uint32_t struct_size;
+    int32_t reserved0;
+    int64_t vertices_in, faces_in;
+    int64_t collapses, flips;    /* that stayed */
+    int64_t undone;              /* collapses taken back because of the flips that they needed, or the bound */
+    double seconds_total, seconds_prepare, seconds_decimate, seconds_relax, seconds_export; /* export: with map and certificate */
+    uint64_t peak_bytes;         /* of the context's allocator, during this call */
+    /* What making the input Delaunay did: edges that were not, flips, vertices added; prepare = preserve: how far it moved the
+     * surface at most (surface_bound of delmesh_remesh_report), else < 0. */
+    int64_t prepare_nld, prepare_flips, prepare_splits;
+    double prepare_bound;
+    int32_t topology_kept;       /* 1: that left the input's topology as it was, as in delmesh_remesh_report */
+    int32_t reserved1;
+} delmesh_decimate_report;
+
+DELMESH_API void delmesh_decimate_report_init(delmesh_decimate_report* report, uint32_t struct_size);
+
+/* Decimates by edge collapses to each of `count` targets (1..64) in one run, finest first: out[i] is the level of targets[i], made
+ * from the one before. Every level is Delaunay as delmesh_remesh promises it, with the topology of the input; an unreachable target
+ * is no error: stopped_by says why. A level that its predecessor satisfies already is that once more.
+ * Levels leave out vertices that no face uses; DELMESH_VERT_SOURCE is the source vertex that a vertex is, bit for bit, or -1;
+ * DELMESH_VERT_MAP_* where on the source it lies (the closest point among the faces around the source vertices that went into it);
+ * DELMESH_FACE_SOURCE a source polygon close to the face; DELMESH_VERT_PARENT the vertex of the next coarser level it went into.
+ * options, report: may be NULL; levels: NULL, or `count` of them, each with struct_size set.
+ * After an error or a cancel all of out[] is NULL. Errors: INVALID_ARGUMENT (also a target of a finer kind than its predecessor's
+ * where both count the same), and those of delmesh_remesh.
+ * O(n log n) in practice; about 250 bytes per triangle. Method: Garland and Heckbert 1997; Lindstrom and Turk 1998 (volume); the
+ * allowable regions of Dyer, Zhang, Moeller 2007, section 5. docs/decimate.md. */
+DELMESH_API int32_t delmesh_lod_family(delmesh_context* context, const delmesh_mesh* in, const delmesh_target* targets,
+                                       int32_t count, const delmesh_decimate_options* options, delmesh_mesh** out,
+                                       delmesh_level_report* levels, delmesh_decimate_report* report);
+/* The same for one target. */
+DELMESH_API int32_t delmesh_decimate(delmesh_context* context, const delmesh_mesh* in, const delmesh_target* target,
+                                     const delmesh_decimate_options* options, delmesh_mesh** out, delmesh_level_report* level,
+                                     delmesh_decimate_report* report);
+
 /* ---- Certify -------------------------------------------------------------------------------------------------------------- */
 
 typedef struct delmesh_certify_options {
@@ -491,6 +605,13 @@ typedef struct delmesh_api {
                                 delmesh_distance_report*);
     void (*preserve_estimate_init)(delmesh_preserve_estimate*, uint32_t);
     int32_t (*estimate_preserve)(delmesh_context*, const delmesh_mesh*, const delmesh_remesh_options*, delmesh_preserve_estimate*);
+    void (*decimate_options_init)(delmesh_decimate_options*, uint32_t);
+    void (*level_report_init)(delmesh_level_report*, uint32_t);
+    void (*decimate_report_init)(delmesh_decimate_report*, uint32_t);
+    int32_t (*lod_family)(delmesh_context*, const delmesh_mesh*, const delmesh_target*, int32_t, const delmesh_decimate_options*,
+                          delmesh_mesh**, delmesh_level_report*, delmesh_decimate_report*);
+    int32_t (*decimate)(delmesh_context*, const delmesh_mesh*, const delmesh_target*, const delmesh_decimate_options*,
+                        delmesh_mesh**, delmesh_level_report*, delmesh_decimate_report*);
 } delmesh_api;
 
 /* The table, static in the library; NULL if the library does not speak this abi_version (pass DELMESH_ABI_VERSION). */

@@ -52,12 +52,18 @@ DELMESH_HPP_STRUCT(MeshInfo, mesh_info);
 DELMESH_HPP_STRUCT(RemeshOptions, remesh_options);
 DELMESH_HPP_STRUCT(RemeshReport, remesh_report);
 DELMESH_HPP_STRUCT(PreserveEstimate, preserve_estimate);
+DELMESH_HPP_STRUCT(DecimateOptions, decimate_options);
+DELMESH_HPP_STRUCT(LevelReport, level_report);
+DELMESH_HPP_STRUCT(DecimateReport, decimate_report);
 DELMESH_HPP_STRUCT(CertifyOptions, certify_options);
 DELMESH_HPP_STRUCT(CertifyReport, certify_report);
 DELMESH_HPP_STRUCT(QualityReport, quality_report);
 DELMESH_HPP_STRUCT(DistanceOptions, distance_options);
 DELMESH_HPP_STRUCT(DistanceReport, distance_report);
 #undef DELMESH_HPP_STRUCT
+
+// Of a level: target(DELMESH_TARGET_VERTICES, 500).
+inline delmesh_target target(int32_t kind, double value = 0) { return {kind, 0, value}; }
 
 // ---- Views ------------------------------------------------------------------------------------------------------------------
 
@@ -142,7 +148,8 @@ private:
         case DELMESH_VERT_MAP_VERT:
         case DELMESH_VERT_MAP_WEIGHT: return {verts, 3};
         case DELMESH_VERT_SOURCE:
-        case DELMESH_VERT_JOIN: return {verts, 1};
+        case DELMESH_VERT_JOIN:
+        case DELMESH_VERT_PARENT: return {verts, 1};
         case DELMESH_FACE_SOURCE: return {faces, 1};
         case DELMESH_EDGE_VERT: return {edges, 2};
         case DELMESH_EDGE_FLAGS: return {edges, 1};
@@ -209,6 +216,27 @@ public:
         PreserveEstimate estimate;
         finish(delmesh_estimate_preserve(get(), in.get(), &options, &estimate));
         return estimate;
+    }
+    // One mesh per target, finest first. levels: gets one report per target; both reports are filled also when this throws.
+    std::vector<Mesh> lod_family(const Mesh& in, const std::vector<delmesh_target>& targets,
+                                 const DecimateOptions& options = DecimateOptions(), std::vector<LevelReport>* levels = nullptr,
+                                 DecimateReport* report = nullptr) {
+        static_assert(sizeof(LevelReport) == sizeof(delmesh_level_report), "an array of one is an array of the other");
+        if (targets.size() > INT32_MAX) throw std::invalid_argument("The vector held too many targets.");
+        if (levels != nullptr) levels->assign(targets.size(), LevelReport());
+        std::vector<delmesh_mesh*> made(targets.size());
+        std::vector<Mesh> result(targets.size());
+        const int32_t status = delmesh_lod_family(get(), in.get(), targets.data(), static_cast<int32_t>(targets.size()), &options,
+                                                  made.data(), levels != nullptr ? levels->data() : nullptr, report);
+        for (std::size_t i = 0; i < made.size(); ++i) result[i] = Mesh(made[i]);
+        finish(status);
+        return result;
+    }
+    Mesh decimate(const Mesh& in, const delmesh_target& target, const DecimateOptions& options = DecimateOptions(),
+                  LevelReport* level = nullptr, DecimateReport* report = nullptr) {
+        delmesh_mesh* made = nullptr;
+        finish(delmesh_decimate(get(), in.get(), &target, &options, &made, level, report));
+        return Mesh(made);
     }
     CertifyReport certify(const Mesh& mesh, const CertifyOptions& options = CertifyOptions()) {
         CertifyReport report;

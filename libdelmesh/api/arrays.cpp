@@ -47,6 +47,8 @@ Shape shape_of(const Mesh& mesh, int32_t what) {
         return {verts, 3, DELMESH_FLOAT64, kFloatTypes, nullptr};
     case DELMESH_CORNER_TWIN: // with cuts, the mesh's own has more than -1 on the boundary
         return {corners, 1, kInt, kIndexTypes, mesh.cut_slots.empty() ? mesh.corner_twin.data() : nullptr, true};
+    case DELMESH_VERT_PARENT:
+        return {verts, 1, kInt, kIndexTypes, mesh.vert_parent.data()};
     default:
         return {0, 0, 0, 0, nullptr};
     }
@@ -61,7 +63,7 @@ bool is_first_of_edge(const Mesh& mesh, int32_t c) { // edges are numbered by th
 
 int32_t edge_flags(const Mesh& mesh, int32_t c) {
     const int32_t twin = mesh.corner_twin[c];
-    return (mesh.corner_bits.empty() ? 0 : mesh.corner_bits[c]) | (twin < 0 ? DELMESH_EDGE_BOUNDARY : 0) |
+    return (mesh.corner_bits.empty() ? 0 : mesh.corner_bits[c] & ~kEdgeFrozen) | (twin < 0 ? DELMESH_EDGE_BOUNDARY : 0) |
            (is_cut(twin) ? DELMESH_EDGE_CUT : 0);
 }
 
@@ -142,6 +144,9 @@ void write_integers(const Mesh& mesh, int32_t what, const Strided<T>& out) {
         break;
     case DELMESH_VERT_JOIN:
         for (int32_t v = 0; v < verts; ++v) *out.element(v) = static_cast<T>(source_of(mesh.vert_join, v));
+        break;
+    case DELMESH_VERT_PARENT:
+        for (int32_t v = 0; v < verts; ++v) *out.element(v) = static_cast<T>(source_of(mesh.vert_parent, v));
         break;
     case DELMESH_EDGE_FLAGS:
         for (int32_t c = 0; c < corners; ++c)

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions of delmesh.h, in its order. No logic here: guard, check, convert, call.
+#include "algo/decimate.h"
 #include "algo/estimate.h"
 #include "algo/measure.h"
 #include "algo/remesh.h"
 #include "api/arrays.h"
 #include "api/findings.h"
 #include "api/guard.h"
+#include "api/levels.h"
 #include "api/names.h"
 #include "api/options.h"
 #include "api/views.h"
@@ -13,6 +15,29 @@
 #include "mesh/validate.h"
 
 using namespace dm;
+
+namespace {
+
+// Both calls that decimate.
+int32_t make_levels(delmesh_context* context, const delmesh_mesh* in, const Targets& targets,
+                    const delmesh_decimate_options* options, delmesh_mesh** out, LevelReports levels,
+                    delmesh_decimate_report* report) {
+    Report result(report);
+    return guarded(context, out, targets.count, [&](Context& c, Mesh* const* made) {
+        delmesh_decimate_options checked;
+        SourceValues values(c.memory());
+        const Meter meter(c.memory(), result.value.seconds_total, result.value.peak_bytes);
+        DM_TRY(require(c, "in", in));
+        DM_TRY(result.check(c));
+        DM_TRY(levels.check(c));
+        DM_TRY(read_options(c, options, checked));
+        DM_TRY(check_targets(c, targets, in->mesh));
+        DM_TRY(values.read(c, in->mesh, checked));
+        return decimate(c, in->mesh, targets.of, targets.count, checked, values.input(), made, levels.values, result.value);
+    });
+}
+
+} // namespace
 
 extern "C" {
 
@@ -139,6 +164,30 @@ int32_t delmesh_estimate_preserve(delmesh_context* context, const delmesh_mesh* 
     });
 }
 
+// ---- Decimate ---------------------------------------------------------------------------------------------------------------
+
+void delmesh_decimate_options_init(delmesh_decimate_options* options, uint32_t struct_size) {
+    init_struct(options, struct_size);
+}
+void delmesh_level_report_init(delmesh_level_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
+void delmesh_decimate_report_init(delmesh_decimate_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
+
+int32_t delmesh_lod_family(delmesh_context* context, const delmesh_mesh* in, const delmesh_target* targets, int32_t count,
+                           const delmesh_decimate_options* options, delmesh_mesh** out, delmesh_level_report* levels,
+                           delmesh_decimate_report* report) {
+    return make_levels(context, in, {"targets", targets, count}, options, out, {"levels", levels, count}, report);
+}
+
+int32_t delmesh_decimate(delmesh_context* context, const delmesh_mesh* in, const delmesh_target* target,
+                         const delmesh_decimate_options* options, delmesh_mesh** out, delmesh_level_report* level,
+                         delmesh_decimate_report* report) {
+    return make_levels(context, in, {"target", target, 1}, options, out, {"level", level, 1}, report);
+}
+
 // ---- Certify ----------------------------------------------------------------------------------------------------------------
 
 void delmesh_certify_options_init(delmesh_certify_options* options, uint32_t struct_size) {
@@ -234,6 +283,11 @@ const delmesh_api* delmesh_get_api(uint32_t abi_version) {
         delmesh_measure_distance,
         delmesh_preserve_estimate_init,
         delmesh_estimate_preserve,
+        delmesh_decimate_options_init,
+        delmesh_level_report_init,
+        delmesh_decimate_report_init,
+        delmesh_lod_family,
+        delmesh_decimate,
     };
     return abi_version == DELMESH_ABI_VERSION ? &kApi : nullptr;
 }

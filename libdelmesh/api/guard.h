@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "api/handle.h"
+#include "api/levels.h"
 #include "base/fp_env.h"
 
 namespace dm {
@@ -51,6 +52,26 @@ Status guarded(delmesh_context* context, delmesh_mesh** out, Body&& body) noexce
         return body(c, made->mesh);
     });
     if (status == DELMESH_OK) *out = made.release();
+    return status;
+}
+
+// The same for calls that make a family of meshes: Status body(Context&, Mesh* const* made). Where `count` is no level count,
+// nothing is known about how long `out` is, and body, which has to refuse it, gets no meshes.
+template <class Body>
+Status guarded(delmesh_context* context, delmesh_mesh** out, int32_t count, Body&& body) noexcept {
+    if (!is_level_count(count) || out == nullptr) count = 0;
+    for (int32_t i = 0; i < count; ++i) out[i] = nullptr;
+    MeshHandle made[kMostLevels];
+    const Status status = guarded(context, [&](Context& c) {
+        if (out == nullptr) return c.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'out' was NULL.");
+        Mesh* meshes[kMostLevels] = {};
+        for (int32_t i = 0; i < count; ++i) {
+            made[i] = new_mesh(c.memory());
+            meshes[i] = &made[i]->mesh;
+        }
+        return body(c, static_cast<Mesh* const*>(meshes));
+    });
+    for (int32_t i = 0; i < count && status == DELMESH_OK; ++i) out[i] = made[i].release();
     return status;
 }
 

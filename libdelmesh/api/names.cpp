@@ -51,6 +51,10 @@ uint32_t struct_size(const char* name) {
     DM_STRUCT(delmesh_distance_options);
     DM_STRUCT(delmesh_distance_report);
     DM_STRUCT(delmesh_preserve_estimate);
+    DM_STRUCT(delmesh_target);
+    DM_STRUCT(delmesh_decimate_options);
+    DM_STRUCT(delmesh_level_report);
+    DM_STRUCT(delmesh_decimate_report);
     DM_STRUCT(delmesh_api);
 #undef DM_STRUCT
     return 0;

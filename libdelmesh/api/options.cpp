@@ -67,6 +67,32 @@ delmesh_remesh_report defaults() {
 }
 
 template <>
+delmesh_decimate_options defaults() {
+    auto options = sized<delmesh_decimate_options>();
+    options.prepare = DELMESH_MODE_FLIP;
+    options.precision = DELMESH_FLOAT32;
+    options.feature_angle = 30;
+    options.tolerance = -1;
+    options.max_normal_turn = 78;
+    options.boundary_weight = 1;
+    return options;
+}
+
+template <>
+delmesh_level_report defaults() {
+    auto report = sized<delmesh_level_report>();
+    report.bound = -1;
+    return report;
+}
+
+template <>
+delmesh_decimate_report defaults() {
+    auto report = sized<delmesh_decimate_report>();
+    report.prepare_bound = -1;
+    return report;
+}
+
+template <>
 delmesh_distance_options defaults() {
     auto options = sized<delmesh_distance_options>();
     options.compute_bound = 1;
@@ -161,6 +187,23 @@ Status read_options(Context& context, const delmesh_remesh_options* given, delme
     DM_TRY(check_number(context, "tolerance", out.tolerance, -kInfinity, kInfinity));
     DM_TRY(check_integer(context, "max_vertices", out.max_vertices, 0, INT64_MAX));
     return check_integer(context, "split_budget", out.split_budget, 0, INT64_MAX);
+}
+
+Status read_options(Context& context, const delmesh_decimate_options* given, delmesh_decimate_options& out) {
+    DM_TRY(read_sized(context, "options", given, out));
+    DM_TRY(check_integer(context, "prepare", out.prepare, DELMESH_MODE_PRESERVE, DELMESH_MODE_FEATURE));
+    DM_TRY(check_integer(context, "boundary", out.boundary, DELMESH_BOUNDARY_NONOBTUSE, DELMESH_BOUNDARY_IGNORE));
+    DM_TRY(check_integer(context, "precision", out.precision, DELMESH_FLOAT32, DELMESH_FLOAT64));
+    DM_TRY(check_integer(context, "strict", out.strict, 0, 1));
+    DM_TRY(
+        check_integer(context, "collapse_placement", out.collapse_placement, DELMESH_COLLAPSE_ALL, DELMESH_COLLAPSE_ENDPOINTS));
+    DM_TRY(check_integer(context, "quality", out.quality, 0, INT32_MAX));
+    DM_TRY(check_integer(context, "reserved0", out.reserved0, 0, 0));
+    DM_TRY(check_number(context, "feature_angle", out.feature_angle, 0, 180));
+    DM_TRY(check_number(context, "tolerance", out.tolerance, -kInfinity, kInfinity));
+    DM_TRY(check_number(context, "max_normal_turn", out.max_normal_turn, 0, 90));
+    DM_TRY(check_number(context, "boundary_weight", out.boundary_weight, 0, kInfinity));
+    return check_number(context, "prune", out.prune, 0, kInfinity);
 }
 
 Status read_options(Context& context, const delmesh_certify_options* given, delmesh_certify_options& out) {

@@ -201,6 +201,7 @@ Snapshot take_snapshot(const delmesh_mesh* mesh) {
         {DELMESH_VERT_MAP_VERT, info.vertices, DELMESH_INT32, 3, 12},
         {DELMESH_VERT_MAP_WEIGHT, info.vertices, DELMESH_FLOAT64, 3, 24},
         {DELMESH_CORNER_TWIN, info.corners, DELMESH_INT32, 1, 4},
+        {DELMESH_VERT_PARENT, info.vertices, DELMESH_INT32, 1, 4},
     };
     const size_t kinds = sizeof arrays / sizeof *arrays;
     Snapshot snapshot = {NULL, sizeof info};
@@ -249,7 +250,7 @@ void fixture_free(Fixture* fixture) {
 
 const char* const operation_names[OPERATIONS] = {"create",  "create welded", "create polygons", "preserve", "flip",
                                                  "feature", "certify",       "quality",         "distance", "estimate",
-                                                 "validate"};
+                                                 "decimate", "family",        "validate"};
 
 static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld, delmesh_mesh** out) {
     delmesh_mesh_desc desc = shape_desc(shape);
@@ -311,6 +312,51 @@ static int32_t certify(delmesh_context* context, const delmesh_mesh* mesh) {
     return status;
 }
 
+static int32_t decimate(delmesh_context* context, const delmesh_mesh* in, delmesh_mesh** out) {
+    const delmesh_target target = {DELMESH_TARGET_RATIO, 0, 0.5};
+    delmesh_level_report level;
+    delmesh_decimate_report report;
+    delmesh_level_report_init(&level, sizeof level);
+    delmesh_decimate_report_init(&report, sizeof report);
+    report.seconds_total = -1;
+    const int32_t status = delmesh_decimate(context, in, &target, NULL, out, &level, &report);
+    assert_true(report.seconds_total >= 0);
+    if (status == DELMESH_OK) assert_int_equal(level.certified, 1);
+    return status;
+}
+
+/* With every array of the options and relaxation. The coarsest level is *out. */
+static int32_t family(delmesh_context* context, const Shape* shape, const delmesh_mesh* in, delmesh_mesh** out) {
+    enum { LEVELS = 3 };
+    const delmesh_target targets[LEVELS] = {
+        {DELMESH_TARGET_FULL, 0, 0}, {DELMESH_TARGET_DEVIATION, 0, 0.5}, {DELMESH_TARGET_FACES, 0, 8}};
+    double* weights = malloc((size_t)shape->verts * sizeof *weights);
+    uint8_t* locked = malloc((size_t)shape->verts);
+    int32_t* mask = malloc((size_t)shape->faces * sizeof *mask);
+    for (int32_t v = 0; v < shape->verts; ++v) weights[v] = 1 + v % 3, locked[v] = v % 7 == 0;
+    for (int32_t f = 0; f < shape->faces; ++f) mask[f] = f % 9 != 0;
+    delmesh_decimate_options options;
+    delmesh_decimate_options_init(&options, sizeof options);
+    options.quality = 1;
+    options.prune = 0.25;
+    options.precision = DELMESH_FLOAT64;
+    options.vert_weights = (delmesh_view){weights, shape->verts, 0, DELMESH_FLOAT64, 1};
+    options.locked_verts = (delmesh_view){locked, shape->verts, 0, DELMESH_UINT8, 1};
+    options.face_mask = (delmesh_view){mask, shape->faces, 0, DELMESH_INT32, 1};
+    delmesh_level_report levels[LEVELS];
+    delmesh_mesh* made[LEVELS];
+    for (int i = 0; i < LEVELS; ++i) {
+        delmesh_level_report_init(&levels[i], sizeof levels[i]);
+        made[i] = (delmesh_mesh*)(uintptr_t)1;
+    }
+    const int32_t status = delmesh_lod_family(context, in, targets, LEVELS, &options, made, levels, NULL);
+    free(weights), free(locked), free(mask);
+    for (int i = 0; i < LEVELS; ++i) assert_int_equal(made[i] != NULL, status == DELMESH_OK); /* all or none */
+    for (int i = 0; i + 1 < LEVELS; ++i) delmesh_mesh_destroy(made[i]);
+    *out = made[LEVELS - 1];
+    return status;
+}
+
 int32_t run_operation(int operation, delmesh_context* context, const Fixture* fixture, delmesh_mesh** out) {
     *out = NULL;
     switch (operation) {
@@ -339,6 +385,8 @@ int32_t run_operation(int operation, delmesh_context* context, const Fixture* fi
         delmesh_preserve_estimate_init(&estimate, sizeof estimate);
         return delmesh_estimate_preserve(context, fixture->sheet_mesh, NULL, &estimate);
     }
+    case 10: return decimate(context, fixture->sheet_mesh, out);
+    case 11: return family(context, &fixture->sheet, fixture->sheet_mesh, out);
     default: return delmesh_mesh_validate(context, fixture->sheet_mesh);
     }
 }

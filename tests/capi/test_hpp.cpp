@@ -64,6 +64,18 @@ void round_trip() {
     delmesh::RemeshOptions rules;
     rules.boundary = DELMESH_BOUNDARY_IGNORE;
     const delmesh::PreserveEstimate estimate = other.estimate_preserve(moved, rules);
+    const std::vector<delmesh_target> targets = {delmesh::target(DELMESH_TARGET_FULL), delmesh::target(DELMESH_TARGET_FACES, 1)};
+    std::vector<delmesh::LevelReport> levels;
+    delmesh::DecimateReport decimated;
+    const std::vector<delmesh::Mesh> family = other.lod_family(moved, targets, delmesh::DecimateOptions(), &levels, &decimated);
+    EXPECT(family.size() == 2 && levels.size() == 2 && levels[0].certified == 1 && decimated.faces_in == 2);
+    EXPECT(family[0].read<int32_t>(DELMESH_VERT_PARENT).size() == static_cast<std::size_t>(levels[0].vertices));
+    EXPECT(levels[1].stopped_by != DELMESH_STOPPED_BY_TARGET || family[1].info().faces == 1);
+    delmesh::LevelReport level;
+    EXPECT(other.decimate(moved, targets[1], delmesh::DecimateOptions(), &level).info().faces == level.faces);
+    EXPECT(thrown_by<delmesh::Error>([&] { other.lod_family(moved, {targets[1], targets[0]}); }).status() ==
+           DELMESH_ERROR_INVALID_ARGUMENT);
+    thrown_by<delmesh::Error>([&] { other.lod_family(moved, {}); });
     EXPECT(estimate.exact == 1 && estimate.nld_edges == 0 && estimate.vertices_out == estimate.vertices_in);
 }
 

@@ -103,6 +103,112 @@ class Remesh(unittest.TestCase):
         self.assertEqual(results[0], results[2])
 
 
+def torus(around, across, dtype=np.float64):
+    """A closed surface."""
+    u, v = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
+    u, v = 2 * np.pi * u / around, 2 * np.pi * (v / across + 0.1 * np.sin(4 * np.pi * u / around))
+    points = np.stack([(2 + 0.7 * np.cos(v)) * np.cos(u), (2 + 0.7 * np.cos(v)) * np.sin(u), 0.7 * np.sin(v)], -1)
+    i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
+    k, m = (i + 1) % around, (j + 1) % across
+    quads = np.stack([i * across + j, k * across + j, k * across + m, i * across + m], -1).reshape(-1, 4)
+    return points.reshape(-1, 3).astype(dtype), np.vstack([quads[:, :3], quads[:, [0, 2, 3]]])
+
+
+class Decimate(unittest.TestCase):
+    def test_a_family(self):
+        points, faces = torus(40, 24)
+        targets = ["full", ("ratio", 0.5), ("faces", 300), ("vertices", 60), ("faces", 0)]
+        levels, report = delmesh.lod_family((points, faces), targets)
+        self.assertEqual([type(level) for level in levels], [delmesh.Mesh] * 5)
+        self.assertEqual((report.vertices_in, report.faces_in, len(report.levels)), (len(points), len(faces), 5))
+        self.assertGreater(report.prepare_nld, 0)
+        self.assertGreater(report.prepare_flips, 0)
+        self.assertEqual((report.prepare_splits, report.prepare_bound, report.topology_kept), (0, -1, 1))
+        self.assertNotIn("reserved1", report._fields)
+        for level, told in zip(levels, report.levels):
+            self.assertTrue(told.certified)
+            self.assertTrue(delmesh.certify((level.positions, level.faces)).delaunay)
+            self.assertEqual((told.vertices, told.faces), (len(level.positions), len(level.faces)))
+            self.assertEqual((level.info.euler_characteristic, level.info.components), (0, 1))
+            self.assertEqual(level.positions.dtype, np.float64)  # the precision stays unless another is asked for
+            same = level.vert_source >= 0
+            np.testing.assert_array_equal(level.positions[same], points[level.vert_source[same]])
+            verts, weights = level.vert_map
+            np.testing.assert_allclose(weights.sum(axis=1), 1)
+            self.assertLess(np.linalg.norm((points[verts] * weights[..., None]).sum(axis=1) - level.positions, axis=1).max(), 1)
+            level.validate()
+        self.assertEqual([told.stopped_by for told in report.levels], ["target"] * 4 + ["topology"])
+        self.assertEqual(len(levels[0].faces), len(faces))
+        self.assertLessEqual(len(levels[1].faces), len(faces) // 2)
+        self.assertLessEqual(len(levels[2].faces), 300)
+        self.assertEqual(len(levels[3].positions), 60)
+        for fine, coarse in zip(levels, levels[1:]):
+            np.testing.assert_array_equal(np.unique(fine.vert_parent), np.arange(len(coarse.positions)))
+        np.testing.assert_array_equal(levels[-1].vert_parent, np.arange(len(levels[-1].positions)))
+        np.testing.assert_array_equal(delmesh.Mesh(points, faces).vert_parent, np.arange(len(points)))
+
+    def test_one_target(self):
+        points, faces = torus(30, 20, np.float32)
+        mesh, report = delmesh.decimate((points, faces), vertices=80)
+        self.assertEqual((len(mesh.positions), mesh.positions.dtype), (80, np.float32))
+        self.assertEqual((report.levels[0].stopped_by, len(report.levels)), ("target", 1))
+        for placement in ("paper", "endpoints"):
+            other = delmesh.decimate((points, faces), ratio=0.2, collapse_placement=placement, precision="float64")[0]
+            self.assertLessEqual(len(other.faces), len(faces) // 5)
+        self.assertTrue((other.vert_source >= 0).all())  # end points are source vertices
+        self.assertEqual(delmesh.decimate((points, faces), faces=10**9)[1].collapses, 0)
+
+    def test_values_per_element(self):
+        points, faces = torus(40, 24)
+        plain, _ = delmesh.decimate((points, faces), vertices=200)
+        weighted, _ = delmesh.decimate((points, faces), vertices=200, vert_weights=np.where(points[:, 0] > 0, 100, 1))
+        self.assertGreater((weighted.positions[:, 0] > 0).sum(), (plain.positions[:, 0] > 0).sum() + 20)
+        for kind in (bool, np.uint8, np.int64, list):
+            locked = np.arange(len(points)) % 10 == 0
+            values = locked.tolist() if kind is list else locked.astype(kind)
+            mesh, _ = delmesh.decimate((points, faces), vertices=200, locked_verts=values)
+            self.assertLessEqual(set(np.flatnonzero(locked)), set(mesh.vert_source))
+
+    def test_quads_have_a_mask_per_quad(self):
+        points, quads, _, _ = support.cylinder(24, 16, 1.0, 0.01)
+        mask = np.arange(len(quads)) >= len(quads) // 2
+        delmesh.decimate((points, quads), ratio=0.8, face_mask=mask)
+        with self.assertRaisesRegex(delmesh.InvalidArgument, f"'face_mask' had {2 * len(quads)} elements"):
+            delmesh.decimate((points, quads), ratio=0.8, face_mask=np.ones(2 * len(quads), bool))
+
+    def test_wrong_arguments(self):
+        mesh = delmesh.Mesh(*torus(8, 6))
+        for call, error, sentence in (
+                (lambda: delmesh.decimate(mesh), delmesh.InvalidArgument, "Exactly one of vertices, faces, ratio, deviation"),
+                (lambda: delmesh.decimate(mesh, vertices=5, ratio=0.5), delmesh.InvalidArgument, "Exactly one of"),
+                (lambda: delmesh.decimate(mesh, ratio=2), delmesh.InvalidArgument, "ratio of 'targets' 0 was 2"),
+                (lambda: delmesh.decimate(mesh, "melt", ratio=0.5), delmesh.InvalidArgument, "'prepare' was 'melt'"),
+                (lambda: delmesh.decimate(mesh, ratio=0.5, speed=1), TypeError, "no option 'speed'"),
+                (lambda: delmesh.decimate(mesh, ratio=0.5, vert_weights=[1, 2]), delmesh.InvalidArgument, "'vert_weights' had 2"),
+                (lambda: delmesh.decimate(mesh, ratio=0.5, vert_weights=[0] * 48), delmesh.InvalidArgument, "weight 0 of"),
+                (lambda: delmesh.decimate(mesh, ratio=0.5, locked_verts=[0.5] * 48), delmesh.InvalidArgument, "not an integer"),
+                (lambda: delmesh.lod_family(mesh, ["half"]), delmesh.InvalidArgument, "'half' was of no kind .* full, vertices"),
+                (lambda: delmesh.lod_family(mesh, []), delmesh.InvalidArgument, "'count' was 0"),
+                (lambda: delmesh.lod_family(mesh, [("faces", 5), ("faces", 9)]), delmesh.InvalidArgument, "was finer than 0")):
+            with self.subTest(sentence), self.assertRaisesRegex(error, sentence):
+                call()
+        with self.assertRaises(delmesh.InvalidArgument) as caught:
+            delmesh.lod_family(mesh, ["full", ("ratio", -1)])
+        self.assertEqual(len(caught.exception.report.levels), 2)
+
+    def test_cancelling_leaves_nothing(self):
+        context = delmesh.Context()
+        mesh = delmesh.Mesh(*torus(40, 24), context=context)
+        before = context.memory()[0]
+        with self.assertRaises(delmesh.Cancelled):
+            delmesh.lod_family(mesh, ["full", ("vertices", 100)], context=context, progress=lambda fraction, _: fraction < 0.4)
+        self.assertEqual(context.memory()[0], before)
+        levels, _ = delmesh.lod_family(mesh, ["full", ("vertices", 100)], context=context)
+        self.assertGreater(context.memory()[0], before)
+        del levels
+        self.assertEqual(context.memory()[0], before)
+
+
 class Measuring(unittest.TestCase):
     def test_certify_lists_what_offends(self):
         # A flat kite, wider than high, cut the wrong way; the fifth vertex makes a face of zero area beside it.

@@ -13,8 +13,9 @@ from ._capi import DELMESH_EDGE_FEATURE as EDGE_FEATURE
 from ._capi import DELMESH_EDGE_MARKED as EDGE_MARKED
 from ._capi import DELMESH_EDGE_SOURCE as EDGE_SOURCE
 from ._library import load_library, unload_library
-from .core import (CancelToken, CertifyReport, Context, DistanceReport, Mesh, MeshInfo, PreserveEstimate, QualityReport,
-                   RemeshReport, certify, distance, estimate_preserve, measure, remesh, version)
+from .core import (CancelToken, CertifyReport, Context, DecimateReport, DistanceReport, LevelReport, Mesh, MeshInfo,
+                   PreserveEstimate, QualityReport, RemeshReport, certify, decimate, distance, estimate_preserve, lod_family,
+                   measure, remesh, version)
 from .errors import (AbiMismatch, AllocationLimit, Busy, Cancelled, DelmeshError, IndexOutOfRange, InternalError, InvalidArgument,
                      LibraryNotFound, MemoryLimit, NonOrientable, NoSurface, OutOfMemory, PrecisionExhausted, RepairRefused,
                      TooLarge, Unsupported, VertexLimit)

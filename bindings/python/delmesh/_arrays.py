@@ -14,6 +14,8 @@ DTYPES = {number: np.dtype(f"{kind}{size}") for (kind, size), number in _TYPES.i
 
 def _native(array, name, floating, bytes_too):
     """`array` with a type that a view can have: itself, or a converted copy."""
+    if array.dtype.kind == "b" and bytes_too:
+        array = array.view(np.uint8)
     kind = array.dtype.kind
     if array.size == 0 and kind not in "iu":  # np.asarray([]) is float64
         array = array.astype(np.float64 if floating else np.int32)

@@ -46,6 +46,7 @@ DELMESH_EDGE_FLAGS = 8
 DELMESH_VERT_MAP_VERT = 9
 DELMESH_VERT_MAP_WEIGHT = 10
 DELMESH_CORNER_TWIN = 11
+DELMESH_VERT_PARENT = 12
 DELMESH_EDGE_BOUNDARY = 1
 DELMESH_EDGE_MARKED = 2
 DELMESH_EDGE_FEATURE = 4
@@ -58,6 +59,19 @@ DELMESH_PLACEMENT_INTERVAL = 0
 DELMESH_PLACEMENT_SHELLS = 1
 DELMESH_BOUNDARY_NONOBTUSE = 0
 DELMESH_BOUNDARY_IGNORE = 1
+DELMESH_TARGET_FULL = 0
+DELMESH_TARGET_VERTICES = 1
+DELMESH_TARGET_FACES = 2
+DELMESH_TARGET_RATIO = 3
+DELMESH_TARGET_DEVIATION = 4
+DELMESH_COLLAPSE_ALL = 0
+DELMESH_COLLAPSE_PAPER = 1
+DELMESH_COLLAPSE_ENDPOINTS = 2
+DELMESH_STOPPED_BY_TARGET = 0
+DELMESH_STOPPED_BY_TOPOLOGY = 1
+DELMESH_STOPPED_BY_DELAUNAY = 2
+DELMESH_STOPPED_BY_FEATURES = 3
+DELMESH_STOPPED_BY_BOUND = 4
 
 delmesh_progress_fn = C.CFUNCTYPE(C.c_int32, C.c_void_p, C.c_double, C.c_char_p)
 delmesh_log_fn = C.CFUNCTYPE(None, C.c_void_p, C.c_int32, C.c_char_p)
@@ -125,6 +139,32 @@ class delmesh_preserve_estimate(C.Structure):
         ("peak_bytes", C.c_uint64)]
 
 
+class delmesh_target(C.Structure):
+    _fields_ = [("kind", C.c_int32), ("reserved0", C.c_int32), ("value", C.c_double)]
+
+
+class delmesh_decimate_options(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("prepare", C.c_int32), ("boundary", C.c_int32), ("precision", C.c_int32),
+        ("strict", C.c_int32), ("collapse_placement", C.c_int32), ("quality", C.c_int32), ("reserved0", C.c_int32),
+        ("feature_angle", C.c_double), ("tolerance", C.c_double), ("max_normal_turn", C.c_double),
+        ("boundary_weight", C.c_double), ("prune", C.c_double), ("vert_weights", delmesh_view), ("locked_verts", delmesh_view),
+        ("face_mask", delmesh_view)]
+
+
+class delmesh_level_report(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("certified", C.c_int32), ("stopped_by", C.c_int32), ("reserved0", C.c_int32),
+        ("vertices", C.c_int64), ("faces", C.c_int64), ("nld_outside", C.c_int64), ("pruned_components", C.c_int64),
+        ("relaxed_vertices", C.c_int64), ("bound", C.c_double), ("seconds", C.c_double)]
+
+
+class delmesh_decimate_report(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("reserved0", C.c_int32), ("vertices_in", C.c_int64), ("faces_in", C.c_int64),
+        ("collapses", C.c_int64), ("flips", C.c_int64), ("undone", C.c_int64), ("seconds_total", C.c_double),
+        ("seconds_prepare", C.c_double), ("seconds_decimate", C.c_double), ("seconds_relax", C.c_double),
+        ("seconds_export", C.c_double), ("peak_bytes", C.c_uint64), ("prepare_nld", C.c_int64), ("prepare_flips", C.c_int64),
+        ("prepare_splits", C.c_int64), ("prepare_bound", C.c_double), ("topology_kept", C.c_int32), ("reserved1", C.c_int32)]
+
+
 class delmesh_certify_options(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("boundary", C.c_int32), ("nld_edges", delmesh_view_mut),
         ("zero_area_faces", delmesh_view_mut)]
@@ -165,12 +205,14 @@ class delmesh_api(C.Structure):
         ("certify_options_init", C.c_void_p), ("certify_report_init", C.c_void_p), ("certify", C.c_void_p),
         ("quality_report_init", C.c_void_p), ("measure_quality", C.c_void_p), ("distance_options_init", C.c_void_p),
         ("distance_report_init", C.c_void_p), ("measure_distance", C.c_void_p), ("preserve_estimate_init", C.c_void_p),
-        ("estimate_preserve", C.c_void_p)]
+        ("estimate_preserve", C.c_void_p), ("decimate_options_init", C.c_void_p), ("level_report_init", C.c_void_p),
+        ("decimate_report_init", C.c_void_p), ("lod_family", C.c_void_p), ("decimate", C.c_void_p)]
 
 
 STRUCTS = (delmesh_view, delmesh_view_mut, delmesh_context_options, delmesh_mesh_desc, delmesh_mesh_info, delmesh_remesh_options,
-    delmesh_remesh_report, delmesh_preserve_estimate, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report,
-    delmesh_distance_options, delmesh_distance_report, delmesh_api)
+    delmesh_remesh_report, delmesh_preserve_estimate, delmesh_target, delmesh_decimate_options, delmesh_level_report,
+    delmesh_decimate_report, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report, delmesh_distance_options,
+    delmesh_distance_report, delmesh_api)
 PROTOTYPES = {
     "delmesh_context_options_init": (None, C.POINTER(delmesh_context_options), C.c_uint32),
     "delmesh_context_create": (C.c_int32, C.POINTER(delmesh_context_options), C.POINTER(C.c_void_p)),
@@ -195,6 +237,14 @@ PROTOTYPES = {
     "delmesh_preserve_estimate_init": (None, C.POINTER(delmesh_preserve_estimate), C.c_uint32),
     "delmesh_estimate_preserve": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_remesh_options),
         C.POINTER(delmesh_preserve_estimate)),
+    "delmesh_decimate_options_init": (None, C.POINTER(delmesh_decimate_options), C.c_uint32),
+    "delmesh_level_report_init": (None, C.POINTER(delmesh_level_report), C.c_uint32),
+    "delmesh_decimate_report_init": (None, C.POINTER(delmesh_decimate_report), C.c_uint32),
+    "delmesh_lod_family": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_target), C.c_int32,
+        C.POINTER(delmesh_decimate_options), C.POINTER(C.c_void_p), C.POINTER(delmesh_level_report),
+        C.POINTER(delmesh_decimate_report)),
+    "delmesh_decimate": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_target), C.POINTER(delmesh_decimate_options),
+        C.POINTER(C.c_void_p), C.POINTER(delmesh_level_report), C.POINTER(delmesh_decimate_report)),
     "delmesh_certify_options_init": (None, C.POINTER(delmesh_certify_options), C.c_uint32),
     "delmesh_certify_report_init": (None, C.POINTER(delmesh_certify_report), C.c_uint32),
     "delmesh_certify": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_certify_options), C.POINTER(delmesh_certify_report)),

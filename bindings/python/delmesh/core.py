@@ -24,14 +24,15 @@ def _names(prefix):
 
 
 _CHOICES = {"mode": _names("DELMESH_MODE_"), "placement": _names("DELMESH_PLACEMENT_"), "boundary": _names("DELMESH_BOUNDARY_"),
-            "precision": _names("DELMESH_FLOAT"), "weld": _names("DELMESH_WELD_")}
+            "precision": _names("DELMESH_FLOAT"), "weld": _names("DELMESH_WELD_"), "prepare": _names("DELMESH_MODE_"),
+            "collapse_placement": _names("DELMESH_COLLAPSE_")}
 _CHOICES["precision"] = {"float" + bits: value for bits, value in _CHOICES["precision"].items()}
 
 
 def _set_options(struct, options):
     fields = dict(struct._fields_)
     for name, value in options.items():
-        if name not in fields or name in ("struct_size", "reserved0"):
+        if name not in fields or name in ("struct_size", "reserved0", "reserved1"):
             raise TypeError(f"there is no option '{name}'; there are {', '.join(_public(type(struct)))}")
         choices = _CHOICES.get(name)
         if choices and not isinstance(value, int):
@@ -43,7 +44,10 @@ def _set_options(struct, options):
 
 
 def _public(struct):
-    return [name for name, _ in struct._fields_ if name not in ("struct_size", "reserved0")]
+    return [name for name, _ in struct._fields_ if name not in ("struct_size", "reserved0", "reserved1")]
+
+
+_STOPPED_BY = {value: name for name, value in _names("DELMESH_STOPPED_BY_").items()}
 
 
 def _report_type(name, struct, *more):
@@ -57,14 +61,21 @@ def _report_type(name, struct, *more):
 MeshInfo = _report_type("MeshInfo", _capi.delmesh_mesh_info)
 RemeshReport = _report_type("RemeshReport", _capi.delmesh_remesh_report)
 PreserveEstimate = _report_type("PreserveEstimate", _capi.delmesh_preserve_estimate)
+LevelReport = _report_type("LevelReport", _capi.delmesh_level_report)
+DecimateReport = _report_type("DecimateReport", _capi.delmesh_decimate_report, "levels")
 CertifyReport = _report_type("CertifyReport", _capi.delmesh_certify_report, "nld_edges", "zero_area_face_list")
 QualityReport = _report_type("QualityReport", _capi.delmesh_quality_report)
 DistanceReport = _report_type("DistanceReport", _capi.delmesh_distance_report)
 
 
 def _values(struct):
-    values = (getattr(struct, name) for name in _public(type(struct)))
-    return [tuple(value) if isinstance(value, C.Array) else value for value in values]
+    def value_of(name):
+        value = getattr(struct, name)
+        if name == "stopped_by":
+            return _STOPPED_BY.get(value, value)
+        return tuple(value) if isinstance(value, C.Array) else value
+
+    return [value_of(name) for name in _public(type(struct))]
 
 
 class CancelToken:
@@ -146,8 +157,8 @@ class Context:
         return self._library.status_name(status).decode()
 
     def _call(self, function, *arguments, progress=None, cancel=None, out=None):
-        """Calls function(context, *arguments), or raises what its status says. out: the mesh handle among the arguments that the
-        call makes."""
+        """Calls function(context, *arguments), or raises what its status says. out: the mesh handle, or the array of them,
+        among the arguments that the call makes."""
         if not self._lock.acquire(blocking=False):
             raise Busy("The context was in use: a call on it has not returned yet.")
         try:
@@ -162,8 +173,9 @@ class Context:
         finally:
             self._lock.release()
         if error is not None:
-            if out:
-                self._library.mesh_destroy(out)
+            for made in out if isinstance(out, C.Array) else [out]:
+                if made:
+                    self._library.mesh_destroy(made)
             raise error
         if status:
             error = BY_STATUS.get(status, DelmeshError)(sentence or self._name(status))
@@ -263,7 +275,7 @@ class Mesh:
                "corner_twins": (_capi.DELMESH_CORNER_TWIN, 3), "face_source": (_capi.DELMESH_FACE_SOURCE, 1),
                "vert_source": (_capi.DELMESH_VERT_SOURCE, 1), "vert_join": (_capi.DELMESH_VERT_JOIN, 1),
                "edge_flags": (_capi.DELMESH_EDGE_FLAGS, 1), "vert_map_verts": (_capi.DELMESH_VERT_MAP_VERT, 3),
-               "vert_map_weights": (_capi.DELMESH_VERT_MAP_WEIGHT, 3)}
+               "vert_map_weights": (_capi.DELMESH_VERT_MAP_WEIGHT, 3), "vert_parent": (_capi.DELMESH_VERT_PARENT, 1)}
 
     def _borrow(self, name):
         what, columns = self._ARRAYS[name]
@@ -320,6 +332,11 @@ class Mesh:
     def vert_join(self):
         """(v,) the vertex to join this one to where a non-manifold place was cut open, itself if none."""
         return self._borrow("vert_join")
+
+    @property
+    def vert_parent(self):
+        """(v,) of a level of lod_family: the vertex of the next coarser level that this one went into; else itself."""
+        return self._borrow("vert_parent")
 
     @property
     def vert_map(self):
@@ -386,6 +403,74 @@ def remesh(mesh, mode="preserve", *, progress=None, cancel=None, context=None, *
     _set_options(settings, {"precision": source.info.precision, **options, "mode": mode})
     report = _run(context, "remesh", [source._handle.pointer, settings, out], RemeshReport, progress, cancel, out)
     return Mesh._made(context._library, out), report
+
+
+_TARGETS = _names("DELMESH_TARGET_")
+
+
+def _targets(targets):
+    """["full", ("vertices", 500), ...] as an array of delmesh_target."""
+    made = (_capi.delmesh_target * len(targets))()
+    for struct, target in zip(made, targets):
+        kind, value = (target, 0) if isinstance(target, str) else target
+        if kind not in _TARGETS:
+            raise InvalidArgument(f"The target {target!r} was of no kind that there is: {', '.join(_TARGETS)}.")
+        struct.kind, struct.value = _TARGETS[kind], value
+    return made
+
+
+def lod_family(mesh, targets, prepare="flip", *, vert_weights=None, locked_verts=None, face_mask=None, progress=None, cancel=None,
+               context=None, **options):
+    """Decimates a Mesh or (positions, faces) to each target in one run, every level Delaunay: -> ([Mesh, ...], DecimateReport).
+
+    targets       the finest first: "full" (the whole Delaunay mesh), ("vertices", n), ("faces", n), ("ratio", share of the
+                  input's triangles), ("deviation", distance in model units that is proven to be kept). What kept a level from
+                  its target is its report.levels[i].stopped_by: "target" (nothing), "topology", "delaunay", "features", "bound"
+    vert_weights  (v,) numbers over 0 that scale the error around each source vertex
+    locked_verts  (v,) bool or integers: source vertices that stay where they are
+    face_mask     (f,) bool or integers per source polygon: what is 0 stays as it is
+    Options are the fields of delmesh_decimate_options, by name, with the choices as words: prepare="flip" | "preserve" | "feature",
+    collapse_placement="all" | "paper" | "endpoints", precision (here the default is that of the mesh), quality (sweeps of
+    relaxation; 6 is most of what there is to gain), boundary, strict, feature_angle, tolerance, max_normal_turn, boundary_weight,
+    prune. A level's vert_parent leads to the next coarser one.
+    """
+    context, source = _prepare(context, cancel, mesh)
+    library = context._library
+    settings = _initialised(library, _capi.delmesh_decimate_options)
+    _set_options(settings, {"precision": source.info.precision, **options, "prepare": prepare})
+    keep = []  # the arrays that the views point into
+    for name, values in (("vert_weights", vert_weights), ("locked_verts", locked_verts), ("face_mask", face_mask)):
+        if values is not None:
+            if name != "vert_weights" and np.asarray(values).dtype.kind in "iu":
+                values = np.asarray(values) != 0
+            view, array = _arrays.view(values, name, 1, floating=name == "vert_weights", bytes_too=True)
+            setattr(settings, name, view)
+            keep.append(array)
+    wanted = _targets(list(targets))
+    out, levels = (C.c_void_p * len(wanted))(), (_capi.delmesh_level_report * len(wanted))()
+    for level in levels:
+        library.level_report_init(level, C.sizeof(level))
+
+    def with_levels(report):
+        return report._replace(levels=tuple(LevelReport(*_values(level)) for level in levels))
+
+    try:
+        report = _run(context, "lod_family", [source._handle.pointer, wanted, len(wanted), settings, out, levels], DecimateReport,
+                      progress, cancel, out)
+    except DelmeshError as error:
+        error.report = with_levels(error.report)
+        raise
+    return [Mesh._made(library, C.c_void_p(made)) for made in out], with_levels(report)
+
+
+def decimate(mesh, prepare="flip", *, vertices=None, faces=None, ratio=None, deviation=None, **options):
+    """Decimates to one target, as lod_family does, with its options: -> (Mesh, DecimateReport)."""
+    given = {"vertices": vertices, "faces": faces, "ratio": ratio, "deviation": deviation}
+    targets = [(kind, value) for kind, value in given.items() if value is not None]
+    if len(targets) != 1:
+        raise InvalidArgument(f"Exactly one of {', '.join(given)} must be given.")
+    made, report = lod_family(mesh, targets, prepare, **options)
+    return made[0], report
 
 
 def estimate_preserve(mesh, *, progress=None, cancel=None, context=None, **options):

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// The driver: make Delaunay, collapse to one target after the other, hand out each level.
+#include "algo/decimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "algo/certify.h"
+#include "algo/decimator.h"
+#include "algo/level.h"
+#include "algo/relax.h"
+#include "algo/measure.h"
+#include "algo/remesh.h"
+#include "base/stopwatch.h"
+#include "geom/angle.h"
+
+namespace dm {
+namespace {
+
+delmesh_remesh_options how_to_prepare(const delmesh_decimate_options& options) {
+    delmesh_remesh_options o{};
+    o.struct_size = sizeof o;
+    o.mode = options.prepare;
+    o.boundary = options.boundary;
+    o.precision = options.precision;
+    o.strict = options.strict;
+    o.compact = 1;
+    o.effort = 1;
+    o.feature_angle = options.feature_angle;
+    o.max_normal_turn = -1;
+    o.tolerance = options.tolerance;
+    return o;
+}
+
+// What a vertex of the Delaunay mesh has of the source's: its own, or of the vertices that it lies between.
+template <class Value>
+Value from_source(const Mesh& full, int32_t v, const Value* values) {
+    const int32_t source = full.vert_source.empty() ? v : full.vert_source[v];
+    if (source >= 0) return values[source];
+    const VertexMap& map = full.split_map[v - full.first_split];
+    return static_cast<Value>(map.weight[0] * values[map.vert[0]] + map.weight[1] * values[map.vert[1]] +
+                              map.weight[2] * values[map.vert[2]]);
+}
+
+// The most vertices and faces that a target allows; a deviation allows any number.
+void limits_of(const delmesh_target& target, const Mesh& in, int64_t& vertices, int64_t& faces) {
+    constexpr int64_t kAny = std::numeric_limits<int64_t>::max();
+    vertices = faces = kAny;
+    switch (target.kind) {
+    case DELMESH_TARGET_VERTICES:
+        vertices = static_cast<int64_t>(target.value);
+        break;
+    case DELMESH_TARGET_FACES:
+        faces = static_cast<int64_t>(target.value);
+        break;
+    case DELMESH_TARGET_RATIO:
+        faces = static_cast<int64_t>(target.value * in.faces());
+        break;
+    case DELMESH_TARGET_DEVIATION:
+        vertices = faces = 0;
+        break;
+    default:
+        break;
+    }
+}
+
+// A proven bound of the two-sided distance, a percent more than need be.
+Status bound_distance_to(Context& context, const Mesh& in, const Mesh& level, double& bound) {
+    delmesh_distance_options how{};
+    how.struct_size = sizeof how;
+    how.compute_bound = 1;
+    how.relative_error = 0.01;
+    how.absolute_error = 1e-4;
+    delmesh_distance_report distance{};
+    DM_TRY(measure_distance(context, in, level, how, distance));
+    bound = distance.hausdorff_bound;
+    return DELMESH_OK;
+}
+
+// limit: the deviation that the level keeps, if not below 0. Where relaxation would exceed it, there is none.
+Status relax_level(Context& context, const Mesh& in, const DecimationRules& rules, int32_t sweeps, const Array<uint8_t>& stays,
+                   double limit, Mesh& level, int64_t& moved) {
+    Array<float> before32(context.memory());
+    Array<double> before64(context.memory());
+    before32.copy_from(level.pos32);
+    before64.copy_from(level.pos64);
+    DM_TRY(relax(context, in, {rules.precision, rules.boundary_rule, rules.fold_cosine, sweeps}, stays.data(), level, moved));
+    if (limit < 0 || moved == 0) return DELMESH_OK;
+    double bound;
+    DM_TRY(bound_distance_to(context, in, level, bound));
+    if (bound <= limit) return DELMESH_OK;
+    level.pos32.copy_from(before32);
+    level.pos64.copy_from(before64);
+    moved = 0;
+    return DELMESH_OK;
+}
+
+} // namespace
+
+Status decimate(Context& context, const Mesh& in, const delmesh_target* targets, int32_t count,
+                const delmesh_decimate_options& options, const DecimationInput& input, Mesh* const* out,
+                delmesh_level_report* levels, delmesh_decimate_report& report) {
+    Stopwatch watch;
+    report.vertices_in = in.vertices();
+    report.faces_in = in.faces();
+    const delmesh_remesh_options prepare = how_to_prepare(options);
+    Mesh full(context.memory());
+    {
+        const Context::Part part(context, 0, 0.2);
+        delmesh_remesh_report done{};
+        done.struct_size = sizeof done;
+        done.surface_bound = -1;
+        const Status status = remesh(context, in, prepare, full, done, nullptr, input.face_mask);
+        report.prepare_nld = done.nld_in;
+        report.prepare_flips = done.flips + done.flips_after;
+        report.prepare_splits = done.splits;
+        report.prepare_bound = done.surface_bound;
+        report.topology_kept = done.topology_kept;
+        DM_TRY(status);
+    }
+    report.seconds_prepare = watch.lap();
+
+    DM_TRY(context.stage("decimate", 0.2, 0.3));
+    DecimationRules rules;
+    rules.precision = full.precision;
+    rules.boundary_rule = options.boundary == DELMESH_BOUNDARY_NONOBTUSE;
+    rules.optimum = rules.flips = rules.middle = options.collapse_placement == DELMESH_COLLAPSE_ALL;
+    rules.region = options.collapse_placement != DELMESH_COLLAPSE_ENDPOINTS;
+    rules.ends = options.collapse_placement != DELMESH_COLLAPSE_PAPER;
+    if (options.collapse_placement == DELMESH_COLLAPSE_ENDPOINTS) rules.flips = true;
+    rules.boundary_weight = options.boundary_weight;
+    rules.fold_cosine = cosine_of_degrees(options.max_normal_turn);
+    SpatialOrder order(context.memory());
+    Mesh sorted(context.memory());
+    DM_TRY(sort_in_space(context, full, order, sorted));
+    Surface surface(context, sorted, full.precision);
+    sorted = Mesh(context.memory());
+    for (uint8_t& bits : surface.corner_bits)
+        bits &= static_cast<uint8_t>(~kEdgeSource); // what collapses leave is no edge of the source
+    Array<double> weights(context.memory());
+    Array<uint8_t> locked(context.memory());
+    if (input.vert_weights != nullptr)
+        for (const int32_t v : order.old_vert) weights.push_back(from_source(full, v, input.vert_weights));
+    if (input.locked_verts != nullptr)
+        for (const int32_t v : order.old_vert) {
+            const int32_t source = full.vert_source.empty() ? v : full.vert_source[v];
+            locked.push_back(source >= 0 ? input.locked_verts[source] : 0);
+        }
+    Decimator decimator(context, surface, rules);
+    DM_TRY(decimator.begin(weights.empty() ? nullptr : weights.data(), locked.empty() ? nullptr : locked.data()));
+    LevelMaker maker(context, in, full, order, surface, decimator);
+    report.seconds_decimate += watch.lap();
+
+    DeviationGuard guard(context, surface);
+    Array<uint8_t> stays(context.memory());
+    bool pruned = false;
+    for (int32_t i = 0; i < count; ++i) {
+        const double from = 0.3 + 0.7 * i / count, to = 0.3 + 0.7 * (i + 1) / count;
+        delmesh_level_report& level = levels[i];
+        level.bound = -1;
+        const double begin = from + 0.2 * (to - from), middle = from + 0.7 * (to - from);
+        const bool bounded = targets[i].kind == DELMESH_TARGET_DEVIATION;
+        bool within = true;
+        if (bounded) {
+            DM_TRY(context.stage("associate", from, begin));
+            DM_TRY(guard.begin(in, targets[i].value, within));
+        }
+        decimator.guard = bounded ? &guard : nullptr;
+        DM_TRY(context.stage("decimate", bounded ? begin : from, middle));
+        if (within && !pruned && targets[i].kind != DELMESH_TARGET_FULL) {
+            pruned = true;
+            DM_TRY(decimator.prune(options.prune, level.pruned_components));
+        }
+        int64_t most_vertices, most_faces;
+        limits_of(targets[i], in, most_vertices, most_faces);
+        if (within) DM_TRY(decimator.run(most_vertices, most_faces));
+        level.stopped_by = within ? decimator.stopped_by : DELMESH_STOPPED_BY_BOUND;
+        if (bounded && within) {
+            // That the bound is spent is what was asked for.
+            if (level.stopped_by == DELMESH_STOPPED_BY_BOUND) level.stopped_by = DELMESH_STOPPED_BY_TARGET;
+            level.bound = targets[i].value;
+        }
+        Mesh& mesh = *out[i];
+        const double collapsing = watch.lap();
+        report.seconds_decimate += collapsing;
+        DM_TRY(maker.make(mesh, i > 0 ? out[i - 1] : nullptr));
+        double exporting = watch.lap(), relaxing = 0;
+        if (options.quality > 0 && targets[i].kind != DELMESH_TARGET_FULL) {
+            maker.find_staying(stays);
+            const Context::Part part(context, middle, middle + 0.8 * (to - middle));
+            DM_TRY(relax_level(context, in, rules, options.quality, stays, bounded ? level.bound : -1, mesh,
+                               level.relaxed_vertices));
+            relaxing = watch.lap();
+            report.seconds_relax += relaxing;
+        }
+        DM_TRY(context.stage("export", middle + 0.8 * (to - middle), to));
+        DM_TRY(maker.map_to_source(mesh));
+        Certificate certificate;
+        DM_TRY(certify_unfrozen(context, mesh, rules.boundary_rule, certificate, level.nld_outside));
+        level.certified = certificate.delaunay(rules.boundary_rule) ? 1 : 0;
+        if (level.certified == 0)
+            return context.fail(DELMESH_ERROR_INTERNAL, "Level %d was not Delaunay: %lld NLD edges, %lld faces without area.", i,
+                                static_cast<long long>(certificate.nld_interior + certificate.nld_boundary),
+                                static_cast<long long>(certificate.zero_area_faces));
+        if (input.face_mask != nullptr)
+            for (uint8_t& bits : mesh.corner_bits) bits &= static_cast<uint8_t>(~kEdgeFrozen);
+        if (bounded && !within) DM_TRY(bound_distance_to(context, in, mesh, level.bound));
+        level.vertices = mesh.vertices();
+        level.faces = mesh.faces();
+        exporting += watch.lap();
+        report.seconds_export += exporting;
+        level.seconds = collapsing + relaxing + exporting;
+    }
+    report.collapses = decimator.counts.collapses;
+    report.flips = decimator.counts.flips;
+    report.undone = decimator.counts.undone;
+    return DELMESH_OK;
+}
+
+} // namespace dm

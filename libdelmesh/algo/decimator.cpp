@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "algo/decimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geom/predicates.h"
+
+namespace dm {
+namespace {
+
+// h^2 times area, of the tetrahedron that a flip cuts: h between the lines of the diagonals.
+double moved_by_flip(const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v) {
+    const Vec3 n = cross(b - a, v - u);
+    const double area = length(n), volume = dot(n, u - a);
+    return area > 0 ? 0.25 * volume * volume / area : 0;
+}
+
+} // namespace
+
+Decimator::Decimator(Context& context_, Surface& surface, const DecimationRules& rules_)
+    : merged_into(context_.memory()), next_merged(context_.memory()), last_merged(context_.memory()), place_of(context_.memory()),
+      context(context_), s(surface), rules(rules_), verts(context_.memory()), queue(context_.memory()),
+      to_flip(context_.memory()), flipped(context_.memory()), changed(context_.memory()) {}
+
+Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts) {
+    const int32_t all = s.vertices(), faces = s.faces();
+    Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
+    vertices_left = 0;
+    for (int32_t v = 0; v < all; ++v) {
+        if (s.vert_corner[v] < 0) continue;
+        ++vertices_left;
+        const Vec3& x = s.at(v);
+        low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+        high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+    }
+    faces_left = faces - s.dead_faces;
+    origin = 0.5 * (low + high);
+    // Errors are areas times squared lengths: in units of the model's size they are numbers that a float32 can hold.
+    const double size_of_all = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+    const double unit = 1 / (size_of_all * size_of_all) / (size_of_all * size_of_all);
+    flip_weight = rules.flip_weight * unit;
+    verts.assign(all, Vertex{});
+    next_merged.assign(all, -1);
+    for (Array<int32_t>* each : {&merged_into, &last_merged, &place_of}) {
+        each->resize_uninitialized(all);
+        for (int32_t v = 0; v < all; ++v) (*each)[v] = v;
+    }
+    Array<uint8_t> special(context.memory(), all, 0);
+    for (int32_t f = 0; f < faces; ++f) {
+        if (s.is_dead(f)) continue;
+        const int32_t v[3] = {s.vert(3 * f), s.vert(3 * f + 1), s.vert(3 * f + 2)};
+        const Vec3 x[3] = {s.at(v[0]) - origin, s.at(v[1]) - origin, s.at(v[2]) - origin};
+        const Vec3 n = cross(x[1] - x[0], x[2] - x[0]);
+        const double size = length(n);
+        if (!(size > 0)) continue;
+        const Vec3 normal = (1 / size) * n;
+        const Quadric q = Quadric::of_plane(normal, x[0], unit * size / 6);
+        for (const int32_t w : v) verts[w].quadric += q;
+        for (int k = 0; k < 3; ++k) {
+            const int32_t c = 3 * f + k;
+            if (s.is_frozen(c)) special[v[k]] = special[v[(k + 1) % 3]] = 255;
+            if (!s.is_boundary(c) && !s.is_kept(c)) continue;
+            const int32_t a = v[k], b = v[(k + 1) % 3];
+            if (is_cut(s.twin(c))) special[a] = special[b] = 255;
+            for (const int32_t w : {a, b})
+                if (s.is_boundary(c) || c < s.twin(c)) special[w] = static_cast<uint8_t>(std::min(255, special[w] + 1));
+            const Vec3 along = x[(k + 1) % 3] - x[k], across = cross(along, normal);
+            const double l = length(across);
+            if (!(l > 0)) continue;
+            const Quadric edge = Quadric::of_plane((1 / l) * across, x[k], unit * rules.boundary_weight * l * l);
+            verts[a].quadric += edge;
+            verts[b].quadric += edge;
+        }
+    }
+    for (int32_t v = 0; v < all; ++v) {
+        const bool locked = locked_verts != nullptr && locked_verts[v] != 0;
+        // A line may get shorter from where it ends inside: noise has many of these.
+        verts[v].kind = locked || special[v] > 2 ? Kind::corner : special[v] > 0 ? Kind::crease : Kind::smooth;
+        if (vert_weights != nullptr) verts[v].quadric *= vert_weights[v];
+    }
+    queue.reserve(s.corners() / 2);
+    sweep();
+    return DELMESH_OK;
+}
+
+// Which of the two is it, and may it be at all?
+bool Decimator::ends_may_merge(int32_t c, bool& stays_at_p, bool& stays_at_q) const {
+    const Kind p = verts[s.vert(c)].kind, q = verts[s.head(c)].kind;
+    stays_at_p = stays_at_q = false;
+    if (p == Kind::smooth && q == Kind::smooth) return true;
+    const bool along = s.is_boundary(c) || s.is_kept(c);
+    if (p == Kind::corner) return stays_at_p = true, q == Kind::smooth || (q == Kind::crease && along);
+    if (q == Kind::corner) return stays_at_q = true, p == Kind::smooth || (p == Kind::crease && along);
+    if (p == Kind::crease && q == Kind::crease) return along;
+    (p == Kind::crease ? stays_at_p : stays_at_q) = true;
+    return true;
+}
+
+Vec3 Decimator::optimum(const Quadric& q, const Vec3& a, const Vec3& b) const {
+    const Vec3 middle = 0.5 * (a + b);
+    Vec3 w;
+    if (!q.least(middle - origin, kStiffness, w)) return middle;
+    w = w + origin;
+    return length_squared(w - middle) <= 4 * length_squared(b - a) ? w : middle;
+}
+
+void Decimator::push(int32_t c) {
+    bool at_p, at_q;
+    if (!ends_may_merge(c, at_p, at_q)) {
+        ++refusals[DELMESH_STOPPED_BY_FEATURES];
+        return;
+    }
+    const int32_t p = s.vert(c), q = s.head(c);
+    const Quadric sum = verts[p].quadric + verts[q].quadric;
+    const Vec3 w = at_p ? s.at(p) : at_q ? s.at(q) : optimum(sum, s.at(p), s.at(q));
+    queue.push(sum.at(w - origin), {c, p, q, stamp_of(p, q), 0});
+}
+
+void Decimator::push_around(int32_t v) {
+    const int32_t start = s.vert_corner[v];
+    int32_t c = start;
+    do {
+        push(c);
+        const int32_t last = prev_corner(c);
+        c = s.twin(last);
+        if (c < 0) push(last);
+    } while (c >= 0 && c != start);
+}
+
+// The edge of an entry, or -1 if it is gone or has changed.
+int32_t Decimator::find(const Entry& e) const {
+    if (stamp_of(e.p, e.q) != e.stamp) return -1;
+    if (s.vert(e.corner) == e.p && s.head(e.corner) == e.q) return e.corner;
+    const int32_t start = s.vert_corner[e.p];
+    if (start < 0) return -1;
+    int32_t c = start;
+    do {
+        if (s.head(c) == e.q) return c;
+        const int32_t last = prev_corner(c);
+        c = s.twin(last);
+        if (c < 0 && s.vert(last) == e.q) return last;
+    } while (c >= 0 && c != start);
+    return -1;
+}
+
+// Every edge that is there goes into the queue.
+void Decimator::sweep() {
+    std::fill(refusals, refusals + 5, 0);
+    for (int32_t c = 0; c < s.corners(); ++c)
+        if (!s.is_dead(face_of(c)) && s.twin(c) < c) push(c);
+}
+
+// Finds the edges of entries, and has what their collapses will look at brought from memory: at each step what the one before has
+// brought leads to the next, for all entries at a time.
+void Decimator::ask_for(const Entry* entries, int count, int32_t* corners) const {
+    for (int i = 0; i < count; ++i) {
+        __builtin_prefetch(&verts[entries[i].p].version);
+        __builtin_prefetch(&verts[entries[i].q].version);
+        __builtin_prefetch(&s.corner_vert[entries[i].corner]);
+    }
+    for (int i = 0; i < count; ++i) {
+        corners[i] = find(entries[i]);
+        if (corners[i] < 0) continue;
+        for (const int32_t v : {entries[i].p, entries[i].q}) {
+            __builtin_prefetch(&verts[v].quadric);
+            __builtin_prefetch(&s.pos[v]);
+            __builtin_prefetch(&s.vert_corner[v]);
+        }
+        __builtin_prefetch(&s.corner_twin[corners[i]]);
+    }
+    for (int i = 0; i < count; ++i) {
+        if (corners[i] < 0) continue;
+        for (const int32_t side : {corners[i], s.twin(corners[i])}) {
+            if (side < 0) continue;
+            for (const int32_t beyond : {s.twin(next_corner(side)), s.twin(prev_corner(side))}) {
+                if (beyond < 0) continue;
+                __builtin_prefetch(&s.corner_twin[beyond]);
+                __builtin_prefetch(&s.corner_vert[beyond]);
+            }
+        }
+    }
+}
+
+Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
+    constexpr int kBatch = 16;
+    const double from = static_cast<double>(vertices_left);
+    const double to = static_cast<double>(std::max<int64_t>(0, std::min(most_vertices, most_faces / 2)));
+    const auto reached = [&] { return vertices_left <= most_vertices && faces_left <= most_faces; };
+    int64_t at_sweep = -1;
+    stopped_by = DELMESH_STOPPED_BY_TARGET;
+    while (!reached()) {
+        DM_TRY(context.progress((from - static_cast<double>(vertices_left)) / (from - to + 1)));
+        const int rounds_between = guard != nullptr ? 1 : 64; // a guard may take milliseconds for one collapse
+        for (int rounds = 0; rounds < rounds_between && !reached(); ++rounds) {
+            // A few at a time, so that what they need is on its way from memory while others are looked at.
+            Entry batch[kBatch];
+            int32_t bucket = 0;
+            const int count = queue.pop(bucket, batch, kBatch);
+            if (count == 0) {
+                // What was refused may be possible by now.
+                // A guard looks hard at all of that, so not for a few more.
+                const int64_t worth_it = guard != nullptr ? 1 + vertices_left / 50 : 1;
+                if (at_sweep >= 0 && counts.collapses - at_sweep < worth_it) {
+                    stopped_by = static_cast<int32_t>(std::max_element(refusals + 1, refusals + 5) - refusals);
+                    return DELMESH_OK;
+                }
+                at_sweep = counts.collapses;
+                sweep();
+                continue;
+            }
+            int32_t corners[kBatch];
+            ask_for(batch, count, corners);
+            for (int i = 0; i < count; ++i) {
+                if (corners[i] < 0) continue;
+                if (reached())
+                    queue.push_to(bucket, batch[i]);
+                else if ((corners[i] = find(batch[i])) >= 0) // the batch's first may have changed it
+                    attempt(corners[i], batch[i].tried != 0, bucket);
+            }
+        }
+    }
+    return DELMESH_OK;
+}
+
+Status Decimator::prune(double diagonal, int64_t& pruned) {
+    pruned = 0;
+    if (!(diagonal > 0)) return DELMESH_OK;
+    Memory& memory = context.memory();
+    Array<uint8_t> seen(memory, s.faces(), 0);
+    Array<int32_t> faces(memory), starts(memory); // of all components, one after the other
+    for (int32_t first = 0; first < s.faces(); ++first) {
+        if (seen[first] != 0 || s.is_dead(first)) continue;
+        if ((starts.size() & 0xff) == 0) DM_TRY(context.progress(0));
+        starts.push_back(static_cast<int32_t>(faces.size()));
+        seen[first] = 1;
+        faces.push_back(first);
+        for (int64_t next = starts.back(); next < faces.size(); ++next)
+            for (int32_t k = 0; k < 3; ++k) {
+                const int32_t t = s.twin(3 * faces[next] + k);
+                if (t < 0 || seen[face_of(t)] != 0) continue;
+                seen[face_of(t)] = 1;
+                faces.push_back(face_of(t));
+            }
+    }
+    const int64_t components = starts.size();
+    starts.push_back(static_cast<int32_t>(faces.size()));
+    const auto size_of = [&](int64_t i) {
+        Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
+        for (int32_t n = starts[i]; n < starts[i + 1]; ++n)
+            for (int32_t k = 0; k < 3; ++k) {
+                const Vec3& x = s.at(s.vert(3 * faces[n] + k));
+                low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+                high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+            }
+        return length(high - low);
+    };
+    int64_t largest = 0;
+    for (int64_t i = 1; i < components; ++i)
+        if (size_of(i) > size_of(largest)) largest = i;
+    Array<int32_t> component(memory);
+    for (int64_t i = 0; i < components; ++i) {
+        if (i == largest || !(size_of(i) < diagonal)) continue;
+        component.clear();
+        for (int32_t n = starts[i]; n < starts[i + 1]; ++n) component.push_back(faces[n]);
+        bool cut = false; // the sheets of a cut edge stay together
+        int64_t verts_of_it = 0;
+        changed.clear();
+        for (const int32_t f : component)
+            for (int32_t k = 3 * f; k < 3 * f + 3; ++k) {
+                cut |= is_cut(s.twin(k));
+                if (s.vert_corner[s.vert(k)] == k) changed.push_back(s.vert(k)), ++verts_of_it;
+            }
+        if (cut) continue;
+        // A guard can only be asked after the deed.
+        s.begin_trial();
+        s.remove_component(component);
+        if (guard != nullptr && !guard->accept(component)) {
+            s.undo_trial();
+            continue;
+        }
+        s.keep_trial();
+        for (const int32_t v : changed) ++verts[v].version;
+        vertices_left -= verts_of_it;
+        faces_left -= component.size();
+        ++pruned;
+    }
+    return DELMESH_OK;
+}
+
+void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    bool at_p, at_q;
+    if (!ends_may_merge(c, at_p, at_q)) return;
+    Star star;
+    if (!gather(c, star)) {
+        ++refusals[DELMESH_STOPPED_BY_TOPOLOGY];
+        return;
+    }
+    const int32_t p = s.vert(c), q = s.head(c);
+    const Quadric sum = verts[p].quadric + verts[q].quadric;
+    const Vec3 a = s.at(p), b = s.at(q);
+    Place best;
+    best.cost = kNever;
+    const auto consider = [&](const Vec3& where) {
+        const Vec3 w = round_to(rules.precision, where);
+        if (!is_finite(w) || (guard != nullptr && guard->is_beyond(w, face_of(c)))) return;
+        const double error = sum.at(w - origin);
+        if (error >= best.cost) return;
+        const Trial trial = try_place(star, w);
+        if (!trial.possible || (trial.nld != 0 && !rules.flips)) return;
+        const double total = error + flip_weight * trial.flips;
+        if (total < best.cost && total < BucketQueue<Entry>::kLargest) best = {w, total, trial};
+    };
+    const auto good_enough = [&] { return BucketQueue<Entry>::bucket(best.cost / rules.slack) <= bucket; };
+    const auto postpone = [&](double cost_now) {
+        ++counts.postponed;
+        const Entry again{c, p, q, stamp_of(p, q), 1};
+        queue.push_to(std::max(bucket + 1, BucketQueue<Entry>::bucket(cost_now)), again); // below infinity's, as cost_now is
+    };
+    if (at_p || at_q) {
+        consider(at_p ? a : b);
+    } else {
+        const Vec3 least = keep_volume(star, sum, optimum(sum, a, b));
+        if (rules.optimum) consider(least);
+        // The other places take longer. Most entries change before they are met again.
+        if (!tried && best.cost < kNever && !good_enough()) return postpone(best.cost);
+        Vec3 allowed;
+        if (rules.region && !good_enough() && best_allowed(star, sum, least, allowed)) consider(allowed);
+        if (rules.ends && !good_enough()) {
+            consider(a);
+            consider(b);
+        }
+        if (rules.middle && !good_enough()) consider(0.5 * (a + b));
+    }
+    double total = best.cost;
+    if (best.cost < kNever) {
+        if (!good_enough()) return postpone(best.cost);
+        const double most = rules.slack * std::max(rules.slack * best.cost, BucketQueue<Entry>::end_of(bucket));
+        const int64_t beyond = refusals[DELMESH_STOPPED_BY_BOUND];
+        if (commit(star, best, most, total)) return;
+        if (total < BucketQueue<Entry>::kLargest) return postpone(total);
+        if (refusals[DELMESH_STOPPED_BY_BOUND] != beyond) {
+            // The guard objects to the place, perhaps not to the collapse.
+            const Vec3 refused = best.at;
+            for (const Vec3& place : {a, b, 0.5 * (a + b)}) {
+                if (at_p || at_q || (!rules.ends && !rules.middle)) break;
+                best.cost = kNever;
+                consider(place);
+                if (best.cost < kNever && !(best.at == refused) && commit(star, best, most, total)) return;
+            }
+            ++counts.refused;
+            return;
+        }
+    }
+    ++counts.refused;
+    ++refusals[DELMESH_STOPPED_BY_DELAUNAY];
+}
+
+// Collapses the edge, and flips what is not Delaunay then. If that costs more than `most`, or cannot be, everything is as before,
+// and `total` is what it would have cost, as far as it came; infinity if it cannot be.
+bool Decimator::commit(const Star& star, const Place& place, double most, double& total) {
+    const int32_t c = star.c, p = s.vert(c), q = s.head(c);
+    const Vec3 before = s.at(p), at_q = s.at(q);
+    const bool needs_flips = place.trial.nld != 0, may_fail = needs_flips || guard != nullptr;
+    if (may_fail) s.begin_trial();
+    const int32_t t = s.twin(c), gone = t < 0 ? 1 : 2;
+    for (int i = 0; i < star.count; ++i) { // for push_around
+        __builtin_prefetch(&verts[star.spokes[i].ring]);
+        __builtin_prefetch(&verts[star.spokes[i].ring].version);
+    }
+    s.collapse(c);
+    s.pos[p] = place.at;
+    flipped.clear();
+    changed.clear();
+    bool done = true;
+    if (needs_flips) {
+        to_flip.clear();
+        for (int i = 0; i < star.count; ++i) {
+            to_flip.push_back(star.spokes[i].corner);
+            to_flip.push_back(next_corner(star.spokes[i].corner));
+        }
+        const double error = place.cost - flip_weight * place.trial.flips;
+        double moved = 0;
+        done = flip_until_delaunay((most - error) / flip_weight, moved);
+        total = error + flip_weight * moved;
+    }
+    if (done && guard != nullptr) {
+        changed.push_back(face_of(c));
+        if (t >= 0) changed.push_back(face_of(t));
+        for (int i = 0; i < star.count; ++i) changed.push_back(face_of(star.spokes[i].corner));
+        if (!guard->accept(changed)) {
+            done = false;
+            total = std::numeric_limits<double>::infinity();
+            ++refusals[DELMESH_STOPPED_BY_BOUND];
+        }
+    }
+    if (may_fail && !done) {
+        s.undo_trial();
+        s.pos[p] = before;
+        ++counts.undone;
+        return false;
+    }
+    if (may_fail) s.keep_trial();
+    verts[p].quadric += verts[q].quadric;
+    verts[p].kind = std::max(verts[p].kind, verts[q].kind);
+    ++verts[p].version;
+    ++verts[q].version;
+    merged_into[q] = p;
+    next_merged[last_merged[p]] = q;
+    last_merged[p] = last_merged[q];
+    if (!(place.at == before)) place_of[p] = place.at == at_q ? place_of[q] : -1;
+    --vertices_left;
+    faces_left -= gone;
+    ++counts.collapses;
+    counts.flips += flipped.size();
+    if (place.cost > cost) cost = place.cost;
+    push_around(p);
+    for (const int32_t k : flipped)
+        if (s.vert(k) != p && s.head(k) != p) push(k);
+    return true;
+}
+
+// The edges of to_flip, and what flipping them makes NLD. moved: h^2 times area, in all; infinity where a flip may not be.
+bool Decimator::flip_until_delaunay(double budget, double& moved) {
+    constexpr int64_t kMostFlips = 64;
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    const double least = rules.fold_cosine * rules.fold_cosine;
+    while (!to_flip.empty()) {
+        const int32_t c = to_flip.pop_back(), t = s.twin(c);
+        const int32_t p = s.vert(c), q = s.head(c), u = s.apex(c);
+        const Vec3 &a = s.at(p), &b = s.at(q), &x = s.at(u);
+        if (s.is_frozen(c)) continue;
+        if (t < 0) {
+            if (rules.boundary_rule && boundary_edge_is_nld(a, b, x)) return moved = kNever, false;
+            continue;
+        }
+        const int32_t v = s.apex(t);
+        const Vec3& y = s.at(v);
+        if (!edge_is_nld(a, b, x, y)) continue;
+        if (s.is_kept(c) || flipped.size() == kMostFlips || u == v || s.adjacent(u, v)) return moved = kNever, false;
+        const Vec3 old_normals[2] = {cross(b - a, x - a), cross(a - b, y - b)};
+        const Vec3 new_normals[2] = {cross(y - a, x - a), cross(x - b, y - b)};
+        for (const Vec3& m : new_normals)
+            for (const Vec3& n : old_normals) {
+                const double turn = dot(m, n);
+                if (!(turn > 0 && turn * turn > least * length_squared(m) * length_squared(n))) return moved = kNever, false;
+            }
+        if (zero_area(a, y, x) || zero_area(b, x, y)) return moved = kNever, false;
+        moved += moved_by_flip(a, b, x, y);
+        if (moved > budget) return false;
+        s.flip(c);
+        changed.push_back(face_of(c));
+        changed.push_back(face_of(t));
+        flipped.push_back(next_corner(c));
+        to_flip.push_back(c);
+        to_flip.push_back(prev_corner(c));
+        to_flip.push_back(t);
+        to_flip.push_back(prev_corner(t));
+    }
+    return true;
+}
+
+} // namespace dm

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one class behind decimation, shared by the files that implement it and by nobody else:
+//     decimator.cpp   quadrics, the queue, which edge is next
+//     star.cpp        what a collapse leaves around an edge, and whether it would be Delaunay
+//     placement.cpp   where the merged vertex goes; the paper's allowable region
+//     decimate.cpp    the driver: levels, their meshes and reports
+// The surface is Delaunay before and after every collapse.
+#pragma once
+
+#include "algo/bucket_queue.h"
+#include "algo/deviation_guard.h"
+#include "geom/quadric.h"
+#include "mesh/surface.h"
+
+namespace dm {
+
+struct DecimationRules {
+    Precision precision = Precision::f32;
+    bool boundary_rule = true;
+    bool optimum = true;             // try the quadrics' optimum,
+    bool region = true;              // the best place of the paper's allowable region,
+    bool ends = true, middle = true; // of the edge,
+    bool flips = true;               // and flips where none of them is Delaunay as it is
+    double fold_cosine = 0.2;        // no normal may turn further, by a collapse or by a flip
+    double boundary_weight = 1;      // of planes through boundary and kept edges, against that of faces
+    double flip_weight = 1;          // of what flips move, against quadrics
+    double slack = 1.1;              // a collapse is done when it costs no more than this times what was the least
+};
+
+class Decimator {
+public:
+    struct Counts {
+        int64_t collapses = 0, flips = 0, undone = 0, postponed = 0, refused = 0;
+    };
+
+    Decimator(Context& context, Surface& surface, const DecimationRules& rules);
+    // Quadrics of all faces, kinds of all vertices, and the queue. vert_weights, locked_verts: null, or per vertex.
+    Status begin(const double* vert_weights, const uint8_t* locked_verts);
+    // Collapses edges until there are no more than so many vertices and faces, or nothing more can be.
+    Status run(int64_t most_vertices, int64_t most_faces);
+
+    // How many of the edges at a vertex are on the boundary or kept says how it may move.
+    enum class Kind : uint8_t { smooth, crease, corner };
+    Kind kind(int32_t v) const { return verts[v].kind; }
+    // Takes components away whose bounding box has a smaller diagonal, but not the last one, and not where the guard objects.
+    Status prune(double diagonal, int64_t& pruned);
+
+    DeviationGuard* guard = nullptr; // has to agree with every collapse, if there is one
+    int64_t vertices_left = 0, faces_left = 0;
+    int32_t stopped_by = DELMESH_STOPPED_BY_TARGET; // the last run
+    Counts counts;
+    double cost = 0;            // of the dearest collapse so far
+    Array<int32_t> merged_into; // per vertex: the one it was collapsed into; itself while it lives
+    Array<int32_t> next_merged; // lists of the vertices that went into one: see last_merged
+    Array<int32_t> last_merged; // of the list that begins with this vertex
+    Array<int32_t> place_of;    // per vertex: the vertex of the beginning whose place it has; -1: it was moved
+
+private:
+    struct Vertex {
+        Quadric quadric;
+        uint32_t version = 0; // counts changes of its place and quadric
+        Kind kind = Kind::smooth;
+    };
+    struct Entry {
+        int32_t corner, p, q;
+        uint32_t stamp : 31; // see stamp_of: an entry made before one of the ends changed is not looked at
+        uint32_t tried : 1;  // the optimum was, and cost too much for where the entry was
+    };
+    // The edge from the merged vertex to a neighbour, and the face that follows counter-clockwise.
+    struct Spoke {
+        int32_t corner;                            // of a face that stays, at p or q; -1 for the last of an open star
+        int32_t ring;                              // the neighbour
+        int32_t beyond;                            // opposite to the face's outer edge; -1: none, or nothing may change there
+        bool kept, link_kept, frozen, link_frozen; // this edge, and the face's outer one
+        Vec3 at_ring, at_beyond;
+        Vec3 normal; // of the face as it is
+    };
+    static constexpr int kMostSpokes = 96;
+    static constexpr double kStiffness = 1e-4; // of optima where the quadric leaves a choice
+    struct Star {
+        int32_t c; // p -> q
+        int count; // faces; a closed star has as many spokes, an open one has one more
+        bool open;
+        Spoke spokes[kMostSpokes + 1];
+        const Spoke& after(int i) const { return spokes[i + 1 < count || open ? i + 1 : 0]; }
+    };
+    struct Trial {             // of a place
+        bool possible = false; // no fold, and what is not Delaunay may be flipped
+        int nld = 0;           // edges
+        double flips = 0;      // what flipping these would move, if that were all
+    };
+    struct Place {
+        Vec3 at{0, 0, 0};
+        double cost = 0;
+        Trial trial;
+    };
+
+    // -- decimator.cpp
+    void push(int32_t c);
+    void push_around(int32_t v);
+    uint32_t stamp_of(int32_t p, int32_t q) const { return (verts[p].version + verts[q].version) & 0x7fffffff; }
+    int32_t find(const Entry& e) const;
+    void ask_for(const Entry* entries, int count, int32_t* corners) const;
+    bool ends_may_merge(int32_t c, bool& stays_at_p, bool& stays_at_q) const;
+    Vec3 optimum(const Quadric& q, const Vec3& a, const Vec3& b) const;
+    void attempt(int32_t c, bool tried, int32_t bucket);
+    void sweep();
+    bool commit(const Star& star, const Place& place, double most, double& total);
+    bool flip_until_delaunay(double budget, double& moved);
+
+    // -- star.cpp
+    bool gather(int32_t c, Star& star) const; // false: the edge may not be collapsed
+    Trial try_place(const Star& star, const Vec3& w) const;
+
+    // -- placement.cpp
+    Vec3 keep_volume(const Star& star, const Quadric& quadric, const Vec3& least) const;
+    bool best_allowed(const Star& star, const Quadric& quadric, const Vec3& near, Vec3& out) const;
+
+    Context& context;
+    Surface& s;
+    const DecimationRules& rules;
+    Vec3 origin{0, 0, 0}; // of the quadrics: the numbers in them are then of the model's size
+    double flip_weight = 1;
+    Array<Vertex> verts;
+    BucketQueue<Entry> queue;
+    Array<int32_t> to_flip, flipped, changed;
+    int64_t refusals[5] = {0, 0, 0, 0, 0}; // since the last sweep, per DELMESH_STOPPED_BY_*
+};
+
+} // namespace dm

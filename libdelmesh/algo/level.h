@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the surface that decimation has come to, to the Mesh of a level, with what ties it to its source and to the level before.
+#pragma once
+
+#include "algo/decimator.h"
+#include "mesh/spatial_order.h"
+
+namespace dm {
+
+class LevelMaker {
+public:
+    // in: the source; full: the Delaunay mesh made of it, of which `surface` is a copy in another order that `decimator` works on.
+    LevelMaker(Context& context, const Mesh& in, const Mesh& full, const SpatialOrder& order, const Surface& surface,
+               const Decimator& decimator);
+    // Everything but where its vertices lie on the source. before: the level before, whose parents are filled in; null if there is
+    // none.
+    Status make(Mesh& out, Mesh* before);
+    // Which vertices of the level just made may not be moved any more.
+    void find_staying(Array<uint8_t>& stays) const;
+    // The rest, once the level's vertices are where they stay.
+    Status map_to_source(Mesh& out);
+
+private:
+    int32_t source_of(int32_t v) const; // of a vertex as the surface numbers it; -1: none
+    VertexMap map_of(int32_t v) const;
+
+    Context& context;
+    const Mesh &in, &full;
+    const SpatialOrder& order;
+    const Surface& s;
+    const Decimator& d;
+    Array<int32_t> in_corner; // per vertex of `in`, a corner; made when it is first needed
+    Array<int32_t> verts;     // of the level made last, as the surface numbers them
+};
+
+} // namespace dm

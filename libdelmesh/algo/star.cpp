@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is around an edge, gathered once, so that places for the merged vertex can be tried without touching the surface.
+#include "algo/decimator.h"
+#include "geom/predicates.h"
+
+namespace dm {
+
+// The ring around the edge, counter-clockwise: from v along q's faces to u, then along p's back to v. Where one of them is on the
+// boundary, the star is open and begins there.
+bool Decimator::gather(int32_t c, Star& star) const {
+    const int32_t t = s.twin(c);
+    star.c = c;
+    star.count = 0;
+    star.open = t < 0;
+    const auto add = [&](int32_t k) {
+        if (star.count == kMostSpokes) return false;
+        star.spokes[star.count++].corner = k;
+        return true;
+    };
+    // From the corner after `k` counter-clockwise up to `end`; false if there are too many, at_boundary if it comes first.
+    const auto add_from = [&](int32_t k, int32_t end, bool& at_boundary) {
+        for (k = s.rotate(k); k != end; k = s.rotate(k)) {
+            if (k < 0) return at_boundary = true;
+            if (!add(k)) return false;
+        }
+        return true;
+    };
+    // The corners before `end` back to the boundary.
+    const auto add_before = [&](int32_t end) {
+        const int32_t first = star.count;
+        for (int32_t k = end; s.twin(k) >= 0;) {
+            k = next_corner(s.twin(k));
+            if (!add(k)) return false;
+        }
+        for (int32_t i = first, j = star.count - 1; i < j; ++i, --j) std::swap(star.spokes[i].corner, star.spokes[j].corner);
+        return true;
+    };
+    const int32_t at_q = next_corner(c); // q -> u
+    bool boundary = false;
+    if (t < 0) {
+        if (!add_before(at_q)) return false;
+        if (!add_from(c, c, boundary)) return false;
+    } else {
+        const int32_t p = s.vert(c), q = s.head(c);
+        const bool q_open = s.on_boundary(q), p_open = s.on_boundary(p);
+        if (q_open && p_open) return false; // would pinch the boundary
+        star.open = q_open || p_open;
+        if (q_open) {
+            if (!add_before(at_q)) return false;
+            if (!add_from(c, next_corner(t), boundary)) return false;
+            if (!add_from(t, at_q, boundary)) return false;
+        } else if (p_open) {
+            // p's faces behind t's, q's, p's up to the boundary
+            if (!add_before(next_corner(t))) return false;
+            if (!add_from(t, at_q, boundary)) return false;
+            if (!add_from(c, next_corner(t), boundary)) return false;
+        } else {
+            if (!add_from(t, at_q, boundary)) return false;
+            if (!add_from(c, next_corner(t), boundary)) return false;
+        }
+    }
+    if (star.count < (star.open ? 1 : 3)) return false;
+    // Every neighbour may appear once: those of both ends are the two apexes, where the faces of one follow those of the other.
+    const int32_t p = s.vert(c), q = s.head(c);
+    for (int i = 0; i < star.count; ++i) {
+        Spoke& spoke = star.spokes[i];
+        const int32_t k = spoke.corner;
+        spoke.ring = s.head(k);
+        const int32_t outer = next_corner(k), beyond = s.twin(outer);
+        spoke.beyond = beyond < 0 ? -1 : s.apex(beyond);
+        spoke.kept = s.is_kept(k);
+        spoke.link_kept = s.is_kept(outer);
+        spoke.frozen = s.is_frozen(k);
+        spoke.link_frozen = s.is_frozen(outer);
+    }
+    if (star.open) {
+        Spoke& last = star.spokes[star.count];
+        last.corner = -1;
+        last.ring = s.apex(star.spokes[star.count - 1].corner);
+        last.beyond = -1;
+        last.kept = last.link_kept = last.link_frozen = false;
+        last.frozen = s.is_frozen(prev_corner(star.spokes[star.count - 1].corner));
+        last.at_ring = s.at(last.ring);
+    }
+    const int spokes = star.count + (star.open ? 1 : 0);
+    for (int i = 0; i < spokes; ++i) {
+        const int32_t x = star.spokes[i].ring;
+        if (x == p || x == q) return false;
+        for (int j = 0; j < i; ++j)
+            if (star.spokes[j].ring == x) return false;
+    }
+    for (int i = 0; i < star.count; ++i) {
+        Spoke& spoke = star.spokes[i];
+        spoke.at_ring = s.at(spoke.ring);
+        if (spoke.beyond >= 0) spoke.at_beyond = s.at(spoke.beyond);
+    }
+    for (int i = 0; i < star.count; ++i) {
+        Spoke& spoke = star.spokes[i];
+        const Vec3& x = s.at(s.vert(spoke.corner));
+        // Where both edges of a vanishing face were the same spoke, either may be kept.
+        const int before = i > 0 ? i - 1 : star.open ? -1 : star.count - 1;
+        if (before >= 0) {
+            const int32_t k = prev_corner(star.spokes[before].corner);
+            spoke.kept |= s.is_kept(k);
+            spoke.frozen |= s.is_frozen(k);
+        }
+        spoke.normal = cross(spoke.at_ring - x, star.after(i).at_ring - x);
+    }
+    return true;
+}
+
+Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
+    Trial trial;
+    const double least = rules.fold_cosine * rules.fold_cosine;
+    Vec3 to_ring = star.spokes[0].at_ring - w;
+    for (int i = 0; i < star.count; ++i) {
+        const Spoke& spoke = star.spokes[i];
+        const Spoke& next = star.after(i);
+        const Vec3 to_next = next.at_ring - w;
+        const Vec3 normal = cross(to_ring, to_next);
+        const double size = length_squared(normal), turn = dot(normal, spoke.normal);
+        if (!(turn > 0 && turn * turn > least * size * length_squared(spoke.normal))) return trial;
+        if (!(size > 1e-20 * length_squared(to_ring) * length_squared(to_next)) && zero_area(w, spoke.at_ring, next.at_ring))
+            return trial;
+        to_ring = to_next;
+    }
+    const auto moved_by_flip = [&](const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v) {
+        const Vec3 n = cross(b - a, v - u);
+        const double area = length(n), volume = dot(n, u - a);
+        return area > 0 ? 0.25 * volume * volume / area : 0;
+    };
+    for (int i = 0; i < star.count; ++i) {
+        const Spoke& spoke = star.spokes[i];
+        const Spoke& next = star.after(i);
+        // The outer edge of the face.
+        const Vec3 &a = spoke.at_ring, &b = next.at_ring;
+        if (spoke.beyond >= 0) {
+            if (!spoke.link_frozen && edge_is_nld(a, b, w, spoke.at_beyond)) {
+                if (spoke.link_kept) return trial;
+                ++trial.nld;
+                trial.flips += moved_by_flip(a, b, w, spoke.at_beyond);
+            }
+        } else if (rules.boundary_rule && !spoke.link_frozen && boundary_edge_is_nld(a, b, w))
+            return trial;
+        // The spoke.
+        const int before = i > 0 ? i - 1 : star.open ? -1 : star.count - 1;
+        if (spoke.frozen) continue;
+        if (before < 0) {
+            if (rules.boundary_rule && boundary_edge_is_nld(w, a, b)) return trial;
+        } else {
+            const Vec3& o = star.spokes[before].at_ring;
+            if (edge_is_nld(w, a, o, b)) {
+                if (spoke.kept) return trial;
+                ++trial.nld;
+                trial.flips += moved_by_flip(w, a, o, b);
+            }
+        }
+    }
+    if (star.open && rules.boundary_rule && !star.spokes[star.count].frozen &&
+        boundary_edge_is_nld(w, star.spokes[star.count].at_ring, star.spokes[star.count - 1].at_ring))
+        return trial;
+    trial.possible = true;
+    return trial;
+}
+
+} // namespace dm
