@@ -4,18 +4,13 @@
  * whole or not at all.
  */
 #include "commands.h"
-#include "output.h"
 #include "session.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const Choice kModes[] = {
-    {"preserve", DELMESH_MODE_PRESERVE}, {"flip", DELMESH_MODE_FLIP}, {"feature", DELMESH_MODE_FEATURE}, {NULL, 0}};
 static const Choice kPlacements[] = {{"interval", DELMESH_PLACEMENT_INTERVAL}, {"shells", DELMESH_PLACEMENT_SHELLS}, {NULL, 0}};
-static const Choice kPrecisions[] = {{"f32", DELMESH_FLOAT32}, {"f64", DELMESH_FLOAT64}, {NULL, 0}};
-static const Choice kEncodings[] = {{"ascii", kEncodingAscii}, {"little", kEncodingLittle}, {"big", kEncodingBig}, {NULL, 0}};
 
 typedef struct Remesh {
     Session session;
@@ -35,26 +30,12 @@ typedef struct Remesh {
     double seconds_remesh, seconds_write, seconds_measure;
 } Remesh;
 
-static const char* name_of(const Choice* choices, int32_t value) {
-    while (choices->name && choices->value != value) ++choices;
-    return choices->name;
-}
-
-/* A length in model units; percents need the diagonal, measured at most once. */
-static bool resolve(Remesh* r, const Length* length, double* out) {
-    if (!length->given) return true;
-    *out = length->value;
-    if (!length->percent) return true;
-    if (r->before.diagonal == 0 &&
-        !session_check(&r->session, delmesh_measure_quality(r->session.context, r->in.mesh, &r->before), r->in_path))
-        return false;
-    *out = length->value / 100 * r->before.diagonal;
-    return true;
-}
-
 static bool run_remesh(Remesh* r) {
     Session* s = &r->session;
-    if (!resolve(r, &r->shell_unit, &r->options.shell_unit) || !resolve(r, &r->tolerance, &r->options.tolerance)) return false;
+    double diagonal = 0;
+    if (!session_resolve(s, &r->in, &r->shell_unit, &diagonal, &r->options.shell_unit) ||
+        !session_resolve(s, &r->in, &r->tolerance, &diagonal, &r->options.tolerance))
+        return false;
     r->options.strict = s->strict;
     r->options.compact = r->compact;
     r->options.effort = (int32_t)r->effort;
@@ -67,20 +48,9 @@ static bool run_remesh(Remesh* r) {
 static bool run_write(Remesh* r) {
     Session* s = &r->session;
     double begin = seconds_now();
-    delmesh_mesh_info info;
-    delmesh_mesh_info_init(&info, sizeof info);
-    if (!session_check(s, delmesh_mesh_get_info(r->out, &info), r->in_path)) return false;
-    const size_t real = info.precision == DELMESH_FLOAT32 ? sizeof(float) : sizeof(double);
-    MeshFile file = {
-        .precision = info.precision, .vertex_count = info.vertices, .face_count = info.faces, .corner_count = info.corners};
-    file.positions = malloc((size_t)info.vertices * 3 * real + 1);
-    file.corner_verts = malloc((size_t)info.corners * sizeof(int32_t) + 1);
-    const delmesh_view_mut positions = {file.positions, info.vertices, 0, info.precision, 3};
-    const delmesh_view_mut corners = {file.corner_verts, info.corners, 0, DELMESH_INT32, 1};
-    bool ok = (file.positions && file.corner_verts) || fail_memory(&s->failure);
-    ok = ok && session_check(s, delmesh_mesh_read(r->out, DELMESH_POSITION, &positions), r->in_path) &&
-         session_check(s, delmesh_mesh_read(r->out, DELMESH_CORNER_VERT, &corners), r->in_path) &&
-         mesh_file_write(r->out_path, (Encoding)r->encoding, &file, &s->failure);
+    MeshFile file;
+    bool ok =
+        session_export(s, r->out, r->in_path, &file) && mesh_file_write(r->out_path, (Encoding)r->encoding, &file, &s->failure);
     mesh_file_free(&file);
     r->seconds_write = seconds_now() - begin;
     return ok;
@@ -146,10 +116,10 @@ static void json_report(Remesh* r, Json* json, bool ok) {
     json_string(json, "status", ok ? delmesh_status_name(DELMESH_OK) : r->session.failure.status);
     json_string(json, "input", r->in_path);
     json_string(json, "output", r->out_path);
-    json_string(json, "mode", name_of(kModes, r->options.mode));
-    json_string(json, "placement", name_of(kPlacements, r->options.placement));
-    json_string(json, "boundary", name_of(kBoundaryChoices, r->options.boundary));
-    json_string(json, "precision", name_of(kPrecisions, r->options.precision));
+    json_string(json, "mode", choice_name(kModeChoices, r->options.mode));
+    json_string(json, "placement", choice_name(kPlacements, r->options.placement));
+    json_string(json, "boundary", choice_name(kBoundaryChoices, r->options.boundary));
+    json_string(json, "precision", choice_name(kPrecisionChoices, r->options.precision));
     json_integer(json, "vertices_in", p->vertices_in);
     json_integer(json, "vertices_out", p->vertices_out);
     json_integer(json, "faces_in", p->faces_in);
@@ -212,8 +182,8 @@ static void print_change(const char* label, int64_t before, int64_t after) {
 
 static void print_report(const Remesh* r) {
     const delmesh_remesh_report* p = &r->report;
-    printf("%s -> %s: %s, %s\n", r->in_path, r->out_path, name_of(kModes, r->options.mode),
-           name_of(kPrecisions, r->options.precision));
+    printf("%s -> %s: %s, %s\n", r->in_path, r->out_path, choice_name(kModeChoices, r->options.mode),
+           choice_name(kPrecisionChoices, r->options.precision));
     print_change("vertices", p->vertices_in, p->vertices_out);
     print_change("faces", p->faces_in, p->faces_out);
     print_change("edges not Delaunay", p->nld_in, p->nld_out);
@@ -236,13 +206,6 @@ static void print_report(const Remesh* r) {
     printf("  %-26s%13.1f MiB\n", "peak memory", (double)p->peak_bytes / 1048576);
 }
 
-static bool write_report(const Remesh* r, const Json* json, Failure* failure) {
-    Output out;
-    if (json->out_of_memory) return fail_memory(failure);
-    if (!output_open(&out, r->report_path, failure)) return false;
-    return output_close(&out, output_write(&out, json->text, json->size));
-}
-
 int command_remesh(int count, char** arguments) {
     Remesh r;
     memset(&r, 0, sizeof r);
@@ -256,7 +219,7 @@ int command_remesh(int count, char** arguments) {
     r.encoding = kEncodingDefault;
     r.effort = r.options.effort;
     const Option options[] = {
-        option_choice("--mode", &r.options.mode, kModes, "preserve|flip|feature",
+        option_choice("--mode", &r.options.mode, kModeChoices, "preserve|flip|feature",
                       "keep the surface (default), the vertices, or the sharp edges"),
         option_number("--feature-angle", &r.options.feature_angle, 0, 180, "DEG",
                       "feature: edges sharper than this are kept; 0 is flat (30)"),
@@ -268,7 +231,8 @@ int command_remesh(int count, char** arguments) {
         option_length("--tolerance", &r.tolerance, "preserve: how far the surface may move (4 last places)"),
         option_integer("--effort", &r.effort, 0, INT32_MAX, "N",
                        "preserve: 0: plain rule, 1: look ahead (default), more: rounds of search"),
-        option_choice("--precision", &r.options.precision, kPrecisions, "f32|f64", "of the result, and of its certificate (f32)"),
+        option_choice("--precision", &r.options.precision, kPrecisionChoices, "f32|f64",
+                      "of the result, and of its certificate (f32)"),
         option_choice("--boundary", &r.options.boundary, kBoundaryChoices, "nonobtuse|ignore",
                       "whether angles opposite to boundary edges count"),
         option_integer("--max-vertices", &r.options.max_vertices, 0, INT32_MAX, "N",
@@ -276,7 +240,7 @@ int command_remesh(int count, char** arguments) {
         option_flag("--compact", &r.compact, "leave out vertices that no face uses"),
         option_flag("--measure", &r.measure, "also measure angles, and the distance to the input"),
         option_string("--report", &r.report_path, "R.json", "write the JSON report there"),
-        option_choice("--encoding", &r.encoding, kEncodings, "ascii|little|big", "of PLY and STL (little; .stla: ascii)"),
+        option_choice("--encoding", &r.encoding, kEncodingChoices, "ascii|little|big", "of PLY and STL (little; .stla: ascii)"),
         option_value("--ascii", &r.encoding, kEncodingAscii, "the same as --encoding ascii"),
         SESSION_OPTIONS(s)};
     const Positional positionals[] = {{"IN", &r.in_path}, {"OUT", &r.out_path}, {NULL, NULL}};
@@ -302,7 +266,7 @@ int command_remesh(int count, char** arguments) {
         json_report(&r, &json, ok);
         /* An error's report is worth having, too; but no second error about it. */
         Failure unreported = {NULL, ""};
-        if (r.report_path && !write_report(&r, &json, ok ? &s->failure : &unreported) && ok) {
+        if (r.report_path && !json_save(&json, r.report_path, ok ? &s->failure : &unreported) && ok) {
             ok = false;
             json_free(&json);
         }

@@ -5,7 +5,6 @@
  */
 #include "interrupt.h"
 
-#include <limits.h>
 #include <stddef.h>
 #include <string.h>
 #include <unistd.h>
@@ -13,12 +12,13 @@
 volatile sig_atomic_t interrupt_signal = 0;
 
 static delmesh_context* volatile running_context = NULL;
-static char partial_file[PATH_MAX];
-static volatile sig_atomic_t partial_file_set = 0;
+enum { kMostFiles = 80 }; /* at a time; further ones are not unlinked */
+static const char* volatile partial_files[kMostFiles];
 
 static void on_signal(int number) {
     if (interrupt_signal) {
-        if (partial_file_set) unlink(partial_file);
+        for (int i = 0; i < kMostFiles; ++i)
+            if (partial_files[i]) unlink(partial_files[i]);
         _exit(128 + number);
     }
     interrupt_signal = number;
@@ -46,9 +46,18 @@ void interrupt_set_context(delmesh_context* context) {
     if (context && interrupt_signal) delmesh_cancel(context);
 }
 
-void interrupt_set_file(const char* path) {
-    partial_file_set = 0;
-    if (!path || strlen(path) >= sizeof partial_file) return;
-    strcpy(partial_file, path);
-    partial_file_set = 1;
+static void replace_file(const char* old, const char* path) {
+    for (int i = 0; i < kMostFiles; ++i)
+        if (partial_files[i] == old) {
+            partial_files[i] = path;
+            return;
+        }
+}
+
+void interrupt_add_file(const char* path) {
+    replace_file(NULL, path);
+}
+
+void interrupt_remove_file(const char* path) {
+    if (path) replace_file(path, NULL);
 }

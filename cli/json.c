@@ -105,6 +105,20 @@ void json_end_array(Json* json) {
     json->need_comma = true;
 }
 
+void json_begin_list(Json* json, const char* key) {
+    begin_value(json, key);
+    put(json, "[", 1);
+    ++json->depth;
+    json->need_comma = false;
+}
+
+void json_end_list(Json* json) {
+    --json->depth;
+    if (json->need_comma) newline(json);
+    put(json, "]", 1);
+    json->need_comma = true;
+}
+
 void json_integer(Json* json, const char* key, int64_t value) {
     char text[kTextDoubleSize];
     begin_value(json, key);

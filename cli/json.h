@@ -24,6 +24,8 @@ void json_begin_object(Json* json, const char* key);
 void json_end_object(Json* json);
 void json_begin_array(Json* json, const char* key); /* of numbers, or of arrays of numbers: kept on one line */
 void json_end_array(Json* json);
+void json_begin_list(Json* json, const char* key); /* of objects */
+void json_end_list(Json* json);
 void json_integer(Json* json, const char* key, int64_t value);
 void json_double(Json* json, const char* key, double value);
 void json_bool(Json* json, const char* key, bool value);

@@ -16,6 +16,7 @@ static const char kUsage[] =
     "  delmesh info FILE            what is in the file, what the import repairs, whether it is Delaunay\n"
     "  delmesh certify FILE         is it Delaunay? exit status 0 yes, 1 no, 2 error\n"
     "  delmesh remesh IN OUT        make it Delaunay\n"
+    "  delmesh lod IN OUT_PREFIX    a family of coarser Delaunay meshes, one file per level\n"
     "  delmesh measure A B          angles of both, distance between them\n"
     "  delmesh COMMAND --help       all options\n"
     "  delmesh --version\n"
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
     if (strcmp(name, "info") == 0) return command_info(argc - 2, argv + 2);
     if (strcmp(name, "certify") == 0) return command_certify(argc - 2, argv + 2);
     if (strcmp(name, "remesh") == 0) return command_remesh(argc - 2, argv + 2);
+    if (strcmp(name, "lod") == 0) return command_lod(argc - 2, argv + 2);
     if (strcmp(name, "measure") == 0) return command_measure(argc - 2, argv + 2);
     if (strcmp(name, "--version") == 0) {
         const unsigned version = delmesh_version();

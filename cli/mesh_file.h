@@ -13,6 +13,7 @@
 #define DELMESH_CLI_MESH_FILE_H
 
 #include "failure.h"
+#include "output.h"
 
 #include <delmesh/delmesh.h>
 #include <stdbool.h>
@@ -51,5 +52,7 @@ bool mesh_file_can_write(const char* path, Encoding encoding, int32_t precision,
  * Default encodings: text for OBJ and OFF, little-endian binary for PLY and STL. Reading it gives the same numbers,
  * bit for bit. */
 bool mesh_file_write(const char* path, Encoding encoding, const MeshFile* mesh, Failure* failure);
+/* The same up to output_finish: `out` waits for its output_commit. */
+bool mesh_file_prepare(const char* path, Encoding encoding, const MeshFile* mesh, Output* out, Failure* failure);
 
 #endif

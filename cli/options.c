@@ -8,7 +8,12 @@
 #include <string.h>
 
 static bool takes_argument(const Option* option) {
-    return option->kind != kOptionFlag && option->kind != kOptionValue;
+    return option->kind != kOptionFlag && option->kind != kOptionValue && option->kind != kOptionCount;
+}
+
+const char* choice_name(const Choice* choices, int32_t value) {
+    while (choices->name && choices->value != value) ++choices;
+    return choices->name;
 }
 
 static bool fail_range(const Option* option, const char* text, Failure* failure) {
@@ -16,7 +21,7 @@ static bool fail_range(const Option* option, const char* text, Failure* failure)
     text_print_double(low, option->low);
     text_print_double(high, option->high);
     return fail_with(failure, kStatusUsage, "%s takes %s from %s to %s, not '%s'", option->name,
-                     option->kind == kOptionInteger ? "a whole number" : "a number", low, high, text);
+                     option->kind == kOptionNumber ? "a number" : "a whole number", low, high, text);
 }
 
 static bool set_choice(const Option* option, const char* text, Failure* failure) {
@@ -57,6 +62,11 @@ static bool set(const Option* option, const char* text, Failure* failure) {
             return fail_range(option, text, failure);
         *(double*)option->target = number;
         return true;
+    case kOptionCount:
+        if (!text) {
+            *(int64_t*)option->target = option->value;
+            return true;
+        } /* fall through */
     case kOptionInteger:
         if (!text_parse_integer(text, &integer) || !((double)integer >= option->low && (double)integer <= option->high))
             return fail_range(option, text, failure);
@@ -99,7 +109,7 @@ static bool parse(int count, char** arguments, const Option* options, const Posi
         if (takes_argument(option) && !value) {
             if (i + 1 == count) return fail_with(failure, kStatusUsage, "%s takes a value: %s", option->name, option->argument);
             value = arguments[++i];
-        } else if (!takes_argument(option) && value) {
+        } else if (!takes_argument(option) && value && option->kind != kOptionCount) {
             return fail_with(failure, kStatusUsage, "%s takes no value", option->name);
         }
         if (!set(option, value, failure)) return false;
@@ -124,7 +134,12 @@ void options_print_help(const char* command, const char* summary, const Option* 
     printf(" [options]\n%s\n\nOptions\n", summary);
     for (const Option* o = options; o->name; ++o) {
         char left[64];
-        snprintf(left, sizeof left, "%s%s%s", o->name, takes_argument(o) ? " " : "", takes_argument(o) ? o->argument : "");
+        const bool counts = o->kind == kOptionCount, shown = takes_argument(o) || counts;
+        snprintf(left, sizeof left, "%s%s%s%s", o->name,
+                 counts  ? "[="
+                 : shown ? " "
+                         : "",
+                 shown ? o->argument : "", counts ? "]" : "");
         if (strlen(left) < 34)
             printf("  %-34s%s\n", left, o->help);
         else

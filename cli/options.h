@@ -27,6 +27,7 @@ typedef enum OptionKind {
     kOptionChoice,  /* int32_t: one of `choices` */
     kOptionNumber,  /* double in [low, high] */
     kOptionInteger, /* int64_t in [low, high] */
+    kOptionCount,   /* int64_t in [low, high] behind =, or alone: `value` */
     kOptionLength,  /* Length: finite and not negative */
     kOptionString   /* const char* */
 } OptionKind;
@@ -63,6 +64,17 @@ static inline Option option_integer(const char* name, int64_t* target, double lo
     return (Option){
         .name = name, .kind = kOptionInteger, .target = target, .low = low, .high = high, .argument = argument, .help = help};
 }
+static inline Option option_count(const char* name, int64_t* target, int32_t alone, double low, double high, const char* argument,
+                                  const char* help) {
+    return (Option){.name = name,
+                    .kind = kOptionCount,
+                    .target = target,
+                    .value = alone,
+                    .low = low,
+                    .high = high,
+                    .argument = argument,
+                    .help = help};
+}
 static inline Option option_length(const char* name, Length* target, const char* help) {
     return (Option){.name = name, .kind = kOptionLength, .target = target, .argument = "L|P%", .help = help};
 }
@@ -77,6 +89,9 @@ typedef struct Positional {
     const char* name; /* in capitals, NULL ends a list */
     const char** target;
 } Positional;
+
+/* The name of a value, or NULL. */
+const char* choice_name(const Choice* choices, int32_t value);
 
 /* Options may stand anywhere, as --name value or --name=value; "--" ends them. Sets *help and stops at -h or --help. */
 bool options_parse(int count, char** arguments, const Option* options, const Positional* positionals, bool* help,

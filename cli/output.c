@@ -49,7 +49,8 @@ bool output_open(Output* out, const char* path, Failure* failure) {
         fail_errno(out, "created");
         return output_close(out, false);
     }
-    interrupt_set_file(out->temporary);
+    out->written = true;
+    interrupt_add_file(out->temporary);
     /* mkstemp makes it private: give it the rights of the file it replaces, or of any new file. */
     mode_t mask = umask(0);
     umask(mask);
@@ -92,19 +93,38 @@ bool output_write(Output* out, const void* data, size_t size) {
     return true;
 }
 
-bool output_close(Output* out, bool ok) {
-    if (out->descriptor >= 0) {
-        ok = ok && flush(out);
-        if (close(out->descriptor) != 0 && ok) ok = fail_errno(out, "written");
-        if (ok && interrupt_signal) ok = fail_with(out->failure, kStatusCancelled, "%s: the write was cancelled", out->path);
-        if (ok && rename(out->temporary, out->target) != 0) ok = fail_errno(out, "renamed into place");
-        if (!ok) unlink(out->temporary);
-        interrupt_set_file(NULL);
-    }
+static void release(Output* out) {
+    if (out->written) unlink(out->temporary);
+    interrupt_remove_file(out->temporary);
     free(out->target);
     free(out->temporary);
     free(out->buffer);
     memset(out, 0, sizeof *out);
     out->descriptor = -1;
+}
+
+bool output_finish(Output* out, bool ok) {
+    ok = ok && out->written && flush(out);
+    if (out->descriptor >= 0 && close(out->descriptor) != 0 && ok) ok = fail_errno(out, "written");
+    out->descriptor = -1;
+    free(out->buffer);
+    out->buffer = NULL;
+    if (!ok) release(out);
     return ok;
+}
+
+bool output_commit(Output* outs, int count, bool ok, Failure* failure) {
+    if (ok && interrupt_signal) ok = fail_with(failure, kStatusCancelled, "%s: the write was cancelled", outs->path);
+    for (int i = 0; i < count; ++i) {
+        outs[i].failure = failure;
+        if (ok && rename(outs[i].temporary, outs[i].target) != 0) ok = fail_errno(&outs[i], "renamed into place");
+        if (ok) outs[i].written = false;
+        release(&outs[i]);
+    }
+    return ok;
+}
+
+bool output_close(Output* out, bool ok) {
+    Failure* failure = out->failure;
+    return output_finish(out, ok) && output_commit(out, 1, true, failure);
 }

@@ -7,12 +7,18 @@
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
 const Choice kWeldChoices[] = {{"none", DELMESH_WELD_NONE}, {"exact", DELMESH_WELD_EXACT}, {NULL, 0}};
 const Choice kBoundaryChoices[] = {{"nonobtuse", DELMESH_BOUNDARY_NONOBTUSE}, {"ignore", DELMESH_BOUNDARY_IGNORE}, {NULL, 0}};
+
+const Choice kModeChoices[] = {
+    {"preserve", DELMESH_MODE_PRESERVE}, {"flip", DELMESH_MODE_FLIP}, {"feature", DELMESH_MODE_FEATURE}, {NULL, 0}};
+const Choice kPrecisionChoices[] = {{"f32", DELMESH_FLOAT32}, {"f64", DELMESH_FLOAT64}, {NULL, 0}};
+const Choice kEncodingChoices[] = {{"ascii", kEncodingAscii}, {"little", kEncodingLittle}, {"big", kEncodingBig}, {NULL, 0}};
 
 double seconds_now(void) {
     struct timespec now;
@@ -91,6 +97,38 @@ bool session_load(Session* session, const char* path, Loaded* out) {
     return ok;
 }
 
+bool session_export(Session* session, const delmesh_mesh* mesh, const char* path, MeshFile* out) {
+    memset(out, 0, sizeof *out);
+    delmesh_mesh_info info;
+    delmesh_mesh_info_init(&info, sizeof info);
+    if (!session_check(session, delmesh_mesh_get_info(mesh, &info), path)) return false;
+    const size_t real = info.precision == DELMESH_FLOAT32 ? sizeof(float) : sizeof(double);
+    *out = (MeshFile){
+        .precision = info.precision, .vertex_count = info.vertices, .face_count = info.faces, .corner_count = info.corners};
+    out->positions = malloc((size_t)info.vertices * 3 * real + 1);
+    out->corner_verts = malloc((size_t)info.corners * sizeof(int32_t) + 1);
+    const delmesh_view_mut positions = {out->positions, info.vertices, 0, info.precision, 3};
+    const delmesh_view_mut corners = {out->corner_verts, info.corners, 0, DELMESH_INT32, 1};
+    return ((out->positions && out->corner_verts) || fail_memory(&session->failure)) &&
+           session_check(session, delmesh_mesh_read(mesh, DELMESH_POSITION, &positions), path) &&
+           session_check(session, delmesh_mesh_read(mesh, DELMESH_CORNER_VERT, &corners), path);
+}
+
+bool session_resolve(Session* session, const Loaded* loaded, const Length* length, double* diagonal, double* out) {
+    if (!length->given) return true;
+    *out = length->value;
+    if (!length->percent) return true;
+    if (*diagonal == 0) {
+        delmesh_quality_report quality;
+        delmesh_quality_report_init(&quality, sizeof quality);
+        if (!session_check(session, delmesh_measure_quality(session->context, loaded->mesh, &quality), loaded->path))
+            return false;
+        *diagonal = quality.diagonal;
+    }
+    *out = length->value / 100 * *diagonal;
+    return true;
+}
+
 /* The failure as the one JSON object, unless the command has made a fuller one. */
 static void json_failure(Json* json, const Failure* failure) {
     if (json->size > 0) return;
@@ -120,6 +158,13 @@ int session_end(Session* session, Json* json, bool ok, int success) {
 }
 
 /* ---- What reports are made of */
+
+bool json_save(const Json* json, const char* path, Failure* failure) {
+    Output out;
+    if (json->out_of_memory) return fail_memory(failure);
+    if (!output_open(&out, path, failure)) return false;
+    return output_close(&out, output_write(&out, json->text, json->size));
+}
 
 typedef struct Count {
     const char* key;

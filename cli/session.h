@@ -46,11 +46,18 @@ typedef struct Loaded {
         option_flag("--quiet", &(session)->quiet, "no output but --json and errors"), option_end()
 extern const Choice kWeldChoices[];
 extern const Choice kBoundaryChoices[];
+extern const Choice kModeChoices[];
+extern const Choice kPrecisionChoices[];
+extern const Choice kEncodingChoices[];
 
 void session_init(Session* session);
 /* Makes the context, once the options are known. */
 bool session_open(Session* session);
 bool session_load(Session* session, const char* path, Loaded* out);
+/* The arrays of a triangle mesh as they go into a file; free them also after a failure. `path` is what the mesh is of. */
+bool session_export(Session* session, const delmesh_mesh* mesh, const char* path, MeshFile* out);
+/* A length in model units. *diagonal: of the loaded mesh; 0: not known yet, measured if percents need it. */
+bool session_resolve(Session* session, const Loaded* loaded, const Length* length, double* diagonal, double* out);
 /* Turns a status of the library into success or the session's failure; `path` is what the call was about. */
 bool session_check(Session* session, int32_t status, const char* path);
 /* Frees the context, prints `json` (with --json), and the failure on standard error; returns the exit status: `success`, 2 after
@@ -60,6 +67,8 @@ int session_end(Session* session, Json* json, bool ok, int success);
 double seconds_now(void);
 
 /* ---- What reports are made of */
+
+bool json_save(const Json* json, const char* path, Failure* failure);
 
 /* {welded_vertices, degenerate_faces, ...}, open: more counts may follow before json_end_object. */
 void json_begin_repairs(Json* json, const Loaded* loaded);

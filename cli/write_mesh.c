@@ -185,27 +185,31 @@ bool mesh_file_can_write(const char* path, Encoding encoding, int32_t precision,
     return output_check(path, failure);
 }
 
-bool mesh_file_write(const char* path, Encoding encoding, const MeshFile* mesh, Failure* failure) {
+bool mesh_file_prepare(const char* path, Encoding encoding, const MeshFile* mesh, Output* out, Failure* failure) {
     if (!mesh_file_can_write(path, encoding, mesh->precision, failure)) return false;
     bool ascii_name;
     MeshFormat format = mesh_format_of_name(path, &ascii_name);
     Encoding chosen = choose(format, ascii_name, encoding);
-    Output out;
-    if (!output_open(&out, path, failure)) return false;
+    if (!output_open(out, path, failure)) return false;
     bool ok;
     switch (format) {
     case kFormatObj:
-        ok = put_list(&out, mesh, "v ", "f ", 1);
+        ok = put_list(out, mesh, "v ", "f ", 1);
         break;
     case kFormatOff:
-        ok = write_off(&out, mesh);
+        ok = write_off(out, mesh);
         break;
     case kFormatPly:
-        ok = write_ply(&out, mesh, chosen);
+        ok = write_ply(out, mesh, chosen);
         break;
     default:
-        ok = write_stl(&out, mesh, chosen);
+        ok = write_stl(out, mesh, chosen);
         break;
     }
-    return output_close(&out, ok);
+    return output_finish(out, ok);
+}
+
+bool mesh_file_write(const char* path, Encoding encoding, const MeshFile* mesh, Failure* failure) {
+    Output out;
+    return mesh_file_prepare(path, encoding, mesh, &out, failure) && output_commit(&out, 1, true, failure);
 }

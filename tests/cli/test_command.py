@@ -58,6 +58,22 @@ def needle_sheet(n=12, m=80, seed=3):
     return "".join(text)
 
 
+def torus(around, across):
+    """A closed surface of triangles, as OBJ."""
+    text = []
+    for i in range(around):
+        for j in range(across):
+            u, v = 2 * math.pi * i / around, 2 * math.pi * (j / across + 0.1 * math.sin(4 * math.pi * i / around))
+            r = 2 + 0.7 * math.cos(v)
+            text.append(f"v {r * math.cos(u)!r} {r * math.sin(u)!r} {0.7 * math.sin(v)!r}\n")
+    for i in range(around):
+        for j in range(across):
+            a, b = i * across + j + 1, (i + 1) % around * across + j + 1
+            c, d = (i + 1) % around * across + (j + 1) % across + 1, i * across + (j + 1) % across + 1
+            text.append(f"f {a} {b} {c}\nf {a} {c} {d}\n")
+    return "".join(text)
+
+
 def read_numbers(path):
     """Vertices of an OBJ, OFF, ascii or binary PLY file of the command, as Python floats; an own reader, independent of it."""
     data = path.read_bytes()
@@ -114,7 +130,7 @@ class CommandTest(unittest.TestCase):
 class Basics(CommandTest):
     def test_help_and_version(self):
         out, _ = self.run_command("--help")
-        for word in ("info", "certify", "remesh", "measure"):
+        for word in ("info", "certify", "remesh", "lod", "measure"):
             self.assertIn(f"delmesh {word}", out)
             self.assertIn("--json", self.run_command(word, "--help")[0])
         self.assertRegex(self.run_command("--version")[0], r"^delmesh \d+\.\d+\.\d+\n$")
@@ -367,6 +383,185 @@ class Remesh(CommandTest):
         self.assertEqual(json.loads(report.read_text())["status"], "READ_ERROR")
 
 
+class Lod(CommandTest):
+    def names(self):
+        return sorted(p.name for p in self.folder.iterdir())
+
+    def test_a_family(self):
+        mesh, report_file = self.file("torus.obj", torus(40, 24)), self.folder / "r.json"
+        out, err = self.run_command("lod", mesh, self.folder / "t", "--vertices", "500,200,60", "--report", report_file)
+        self.assertEqual(err, "")
+        self.assertIn("stopped by", out)
+        self.assertEqual(self.names(), ["r.json", "t_LOD0.ply", "t_LOD1.ply", "t_LOD2.ply", "t_LOD3.ply", "torus.obj"])
+        report = json.loads(report_file.read_text())
+        self.assertEqual((report["status"], report["vertices_in"], report["faces_in"]), ("DELMESH_OK", 960, 1920))
+        self.assertEqual([level["vertices"] for level in report["levels"]], [960, 500, 200, 60])
+        self.assertEqual([level["target"].get("value") for level in report["levels"]], [None, 500, 200, 60])
+        self.assertEqual(report["collapses"], 900)
+        for i, level in enumerate(report["levels"]):
+            path = self.folder / f"t_LOD{i}.ply"
+            self.assertEqual(level["file"], str(path))
+            self.assertIs(level["certified"], True)
+            self.assertEqual((level["stopped_by"], level["reached"]), ("target", True))
+            counts = self.json_of("certify", path)
+            self.assertEqual((counts["delaunay"], counts["nld_interior"]), (True, 0))
+            info = self.json_of("info", path, "--no-estimate")
+            self.assertEqual((info["vertices"], info["faces"]), (level["vertices"], level["faces"]))
+            self.assertEqual((info["euler_characteristic"], info["components"]), (0, 1))
+            self.assertAlmostEqual(info["min_angle"], level["angles"]["min_angle"], places=9)
+            measured = self.json_of("measure", mesh, path)["deviation"]
+            for key in ("hausdorff_sampled", "hausdorff_bound", "rms", "diagonal"):
+                self.assertEqual(measured[key], level["deviation"][key])
+            self.assertGreaterEqual(level["seconds"], 0)
+        for key in ("total", "prepare", "decimate", "relax", "export", "measure"):
+            self.assertGreaterEqual(report["seconds"][key], 0)
+        rms = [level["deviation"]["rms"] for level in report["levels"]]
+        self.assertEqual(rms, sorted(rms))
+        # The report on standard output is the same but for the seconds.
+        again = self.json_of("lod", mesh, self.folder / "t", "--vertices=500,200,60", "--threads=1", "--no-measure")
+        self.assertEqual([level["vertices"] for level in again["levels"]], [960, 500, 200, 60])
+        self.assertNotIn("deviation", again["levels"][1])
+
+    def test_all_kinds_of_targets_and_files(self):
+        mesh = self.file("torus.obj", torus(30, 20))
+        for words, check in ((("--triangles", "700,90"), lambda level: level["faces"] <= level["target"]["value"]),
+                             (("--ratios", "0.5,0.1"), lambda level: level["faces"] <= 1200 * level["target"]["value"]),
+                             (("--vertices", "400,400"), lambda level: level["vertices"] == 400)):
+            for suffix in ("ply", "obj", "off", "stl", "stla"):
+                prefix = self.folder / "x"
+                report = self.json_of("lod", mesh, prefix, *words, "--suffix", suffix, "--no-measure")
+                self.assertEqual([Path(level["file"]).name for level in report["levels"]], [f"x_LOD{i}.{suffix}" for i in range(3)])
+                self.assertTrue(all(check(level) for level in report["levels"][1:]), report["levels"])
+                for level in report["levels"]:
+                    found = self.json_of("certify", level["file"])
+                    self.assertTrue(found["delaunay"])
+                    self.assertEqual(found.get("faces", level["faces"]), level["faces"])
+        self.json_of("lod", mesh, self.folder / "y", "--vertices", "99", "--format", ".off", "--precision", "f64", "--quality",
+                     "--mode", "feature", "--feature-angle", "80", "--collapse-placement", "paper", "--no-measure")
+        self.assertEqual(len(read_numbers(self.folder / "y_LOD1.off")), 99)
+        relaxed = self.json_of("lod", mesh, self.folder / "y", "--vertices", "99", "--quality=2", "--no-measure")
+        self.assertEqual(relaxed["quality"], 2)
+
+    def test_unreachable(self):
+        """No error: the files are there, and what stopped it is said."""
+        mesh = self.file("torus.obj", torus(20, 14))
+        out, err = self.run_command("lod", mesh, self.folder / "t", "--vertices", "100,3")
+        self.assertIn("topology", out)
+        self.assertEqual(err.count("\n"), 1)
+        self.assertRegex(err, "^delmesh: .*t_LOD2.ply: the target was not reached: further collapses would change the topology")
+        report = self.json_of("lod", mesh, self.folder / "t", "--vertices", "100,3")
+        self.assertEqual([level["reached"] for level in report["levels"]], [True, True, False])
+        self.assertEqual(report["levels"][2]["stopped_by"], "topology")
+        self.assertTrue(report["levels"][2]["certified"])
+        self.assertEqual(len(read_numbers(self.folder / "t_LOD2.ply")), report["levels"][2]["vertices"])
+        self.assertEqual(self.run_command("lod", mesh, self.folder / "t", "--vertices", "3", "--quiet"), ("", ""))
+
+    def test_usage(self):
+        mesh, prefix = self.file("torus.obj", torus(8, 6)), self.folder / "t"
+        for words, sentence in (
+                ((), "one of --vertices, --triangles, --ratios and --deviation is missing"),
+                (("--vertices", "9", "--ratios", "0.5"), "--vertices and --ratios do not go together"),
+                (("--vertices", "9,x"), "--vertices takes whole numbers, with commas between them, not '9,x'"),
+                (("--vertices", "9,"), "--vertices takes whole numbers, with commas between them, not '9,'"),
+                (("--vertices", ""), "--vertices takes whole numbers, with commas between them, not ''"),
+                (("--vertices", "-9"), "--vertices takes whole numbers, with commas between them, not '-9'"),
+                (("--triangles", "9.5"), "--triangles takes whole numbers, with commas between them, not '9.5'"),
+                (("--triangles", "9,10"), "--triangles takes the finest level first, not '9,10'"),
+                (("--ratios", "0.5,1.5"), "--ratios takes numbers from 0 to 1, with commas between them, not '0.5,1.5'"),
+                (("--ratios", "0.5%"), "--ratios takes numbers from 0 to 1, with commas between them, not '0.5%'"),
+                (("--deviation", "1%,0.5%"), "--deviation takes the finest level first, not '1%,0.5%'"),
+                (("--deviation", "nan"),
+                 "--deviation takes lengths or percents of the diagonal, with commas between them, not 'nan'"),
+                (("--vertices", ",".join(["5"] * 64)), "--vertices takes at most 63 levels"),
+                (("--vertices", "9", "--quality=many"), "--quality takes a whole number from 0 to 2147483647, not 'many'"),
+                (("--vertices", "9", "--suffix", "gltf"), "--suffix takes ply|obj|off|stl|stla, not 'gltf'"),
+                (("--vertices", "9", "--collapse-placement", "best"),
+                 "--collapse-placement takes all|paper|endpoints, not 'best'")):
+            self.assertEqual(self.error("lod", mesh, prefix, *words), sentence)
+        self.assertIn("binary STL holds float32 only",
+                      self.error("lod", mesh, prefix, "--vertices", "9", "--suffix", "stl", "--precision", "f64"))
+        self.assertEqual(self.error("lod", mesh, "--vertices", "9"), "OUT_PREFIX is missing")
+        self.assertIn("folder cannot be written", self.error("lod", mesh, self.folder / "none" / "t", "--vertices", "9"))
+        self.assertRegex(self.error("lod", mesh, prefix, "--deviation", "1%,1e-9"), "'targets' 2, 1e-09, was finer than 1")
+        self.assertEqual(self.names(), ["torus.obj"])
+
+    def test_values_per_vertex_and_face(self):
+        mesh, prefix = self.file("torus.obj", torus(30, 20)), self.folder / "t"
+        points = read_numbers(mesh)
+        words = ("lod", mesh, prefix, "--vertices", "150", "--no-measure")
+
+        def right():
+            return sum(p[0] > 0 for p in read_numbers(self.folder / "t_LOD1.ply"))
+
+        self.json_of(*words)
+        plain = right()
+        density = self.file("density.txt", "# a comment\n\n" + "".join(f"{100 if p[0] > 0 else 1}\n" for p in points))
+        self.json_of(*words, "--density", density)
+        self.assertGreater(right(), plain + 15)
+        packed = self.folder / "density.gz"
+        packed.write_bytes(gzip.compress(density.read_bytes()))
+        self.json_of(*words, "--density", packed)
+        self.assertGreater(right(), plain + 15)
+
+        lock = self.file("lock.txt", "".join(f"{int(i % 10 == 0)}\n" for i in range(len(points))))
+        self.json_of(*words, "--lock", lock)
+        kept = set(read_numbers(self.folder / "t_LOD1.ply"))
+        single = [struct.unpack("3f", struct.pack("3f", *p)) for p in points]
+        self.assertLessEqual(set(single[::10]), kept)
+
+        for option, text, sentence in (
+                ("--density", "1\n0\n", "line 2: expected a number over 0, found '0'"),
+                ("--density", "1\n1,5\n", "line 2: expected a number over 0, found '1,5'"),
+                ("--density", "1\n1 2\n", "line 2: expected one number, found '2' too"),
+                ("--density", "", "there is no number in it"),
+                ("--density", "1\n" * 599, f"there are 599 numbers in it, and {mesh} has 600 vertices"),
+                ("--lock", "1\nnan\n", "line 2: expected a number, found 'nan'"),
+                ("--region", "1\n" * 600, f"there are 600 numbers in it, and {mesh} has 1200 faces")):
+            wrong = self.file("wrong.txt", text)
+            self.assertEqual(self.error(*words, option, wrong), f"{wrong}: {sentence}")
+        self.assertIn("could not be opened", self.error(*words, "--density", self.folder / "none.txt"))
+
+    def test_region(self):
+        mesh, prefix = self.file("grid.obj", rough_grid(24)), self.folder / "t"
+        count = 2 * 23 * 23
+        region = self.file("region.txt", "".join(f"{int(i > count // 2)}\n" for i in range(count)))
+        report = self.json_of("lod", mesh, prefix, "--ratios", "0.7", "--region", region, "--no-measure")
+        level = report["levels"][1]
+        self.assertEqual(level["certified"], "interior")
+        self.assertGreater(level["nld_outside"], 0)
+        self.assertEqual(len(level["nld_edges"]), level["nld_outside"])
+        found = self.json_of("certify", level["file"], "--list", status=1)
+        self.assertEqual(sorted(map(sorted, found["edges"])), sorted(map(sorted, level["nld_edges"])))
+
+    def test_files_appear_together(self):
+        """A folder in the place of the last file: nothing is written, also not the first ones."""
+        mesh = self.file("torus.obj", torus(8, 6))
+        (self.folder / "t_LOD2.ply").mkdir()
+        self.assertIn("is there already and is no file", self.error("lod", mesh, self.folder / "t", "--vertices", "20,15"))
+        self.assertEqual(self.names(), ["t_LOD2.ply", "torus.obj"])
+        (self.folder / "t_LOD2.ply").rmdir()
+        self.file("t_LOD0.ply", "old")
+        empty = self.file("empty.obj", "v 0 0 0\n")
+        self.assertIn("no face", self.error("lod", empty, self.folder / "t", "--vertices", "20,15"))
+        # No room for the first file of three.
+        done = subprocess.run([DELMESH, "lod", mesh, self.folder / "t", "--vertices", "20,15"], capture_output=True, timeout=60,
+                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (900, 900)))
+        self.assertEqual(done.returncode, 2, done)
+        self.assertIn(b"could not be written", done.stderr)
+        self.assertEqual((self.folder / "t_LOD0.ply").read_text(), "old")
+        self.assertEqual(self.names(), ["empty.obj", "t_LOD0.ply", "torus.obj"])
+
+    def test_threads_make_no_difference(self):
+        mesh = self.file("torus.obj", torus(60, 40))
+        bytes_of = []
+        for threads in (1, 2, 5):
+            self.run_command("lod", mesh, self.folder / "t", "--ratios", "0.5,0.1", "--quality=2", "--threads", threads, "--quiet",
+                             "--no-measure")
+            bytes_of.append([(self.folder / f"t_LOD{i}.ply").read_bytes() for i in range(3)])
+        self.assertEqual(bytes_of[0], bytes_of[1])
+        self.assertEqual(bytes_of[0], bytes_of[2])
+
+
 class Measure(CommandTest):
     def test_known_distance(self):
         low = self.file("low.obj", "v 0 0 0\nv 4 0 0\nv 0 3 0\nf 1 2 3\n")
@@ -520,6 +715,31 @@ class Interrupts(CommandTest):
             self.assertIn(process.returncode, (0, 130, -signal.SIGINT))
             self.assertEqual(out.read_bytes(), whole if process.returncode == 0 else b"old")
             self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["grid.obj", "out.obj"])
+            cancelled += process.returncode != 0
+        self.assertGreater(cancelled, 4)
+
+    def test_lod_at_many_moments(self):
+        """Whenever it comes: either all of the new files or the old ones, and nothing beside them."""
+        mesh = self.file("torus.obj", torus(100, 70))
+        names = [f"o_LOD{i}.obj" for i in range(6)]
+        words = [DELMESH, "lod", mesh, self.folder / "o", "--ratios", "0.8,0.6,0.4,0.2,0.1", "--suffix", "obj", "--quiet",
+                 "--no-measure"]
+        began = time.monotonic()
+        subprocess.run(words, check=True)
+        seconds = time.monotonic() - began
+        whole = [(self.folder / name).read_bytes() for name in names]
+        cancelled = 0
+        for k in range(16):
+            for name in names:
+                (self.folder / name).write_text("old")
+            process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            time.sleep(seconds * (k + 0.5) / 16)
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=60)
+            self.assertIn(process.returncode, (0, 130, -signal.SIGINT))
+            self.assertEqual([(self.folder / name).read_bytes() for name in names],
+                             whole if process.returncode == 0 else [b"old"] * 6)
+            self.assertEqual(sorted(p.name for p in self.folder.iterdir()), [*names, "torus.obj"])
             cancelled += process.returncode != 0
         self.assertGreater(cancelled, 4)
 

@@ -230,6 +230,14 @@ static void test_atomic(void** state) {
     assert_int_equal(chmod("a.obj", 0640), 0);
     Failure failure = {NULL, ""};
 
+    Output both[2]; /* the second is given up: neither appears */
+    assert_true(mesh_file_prepare("a.obj", kEncodingDefault, &mesh, &both[0], &failure));
+    assert_true(mesh_file_prepare("b.ply", kEncodingDefault, &mesh, &both[1], &failure));
+    assert_int_equal(entries(), 3);
+    assert_false(output_commit(both, 2, false, &failure));
+    assert_true(old_file_is_there());
+    assert_null(failure.status);
+
     Output out; /* given up half way */
     assert_true(output_open(&out, "a.obj", &failure));
     assert_true(output_write(&out, "new", 3));

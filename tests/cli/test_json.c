@@ -62,7 +62,32 @@ static void test_strings(void** state) {
     }
 }
 
+static void test_lists_of_objects(void** state) {
+    (void)state;
+    Json json = {0};
+    json_begin_object(&json, NULL);
+    json_begin_list(&json, "levels");
+    for (int i = 0; i < 2; ++i) {
+        json_begin_object(&json, NULL);
+        json_integer(&json, "n", i);
+        json_begin_array(&json, "row");
+        json_integer(&json, NULL, i);
+        json_end_array(&json);
+        json_end_object(&json);
+    }
+    json_end_list(&json);
+    json_begin_list(&json, "none");
+    json_end_list(&json);
+    json_bool(&json, "last", true);
+    json_end_object(&json);
+    assert_string_equal(json.text,
+                        "{\n  \"levels\": [\n    {\n      \"n\": 0,\n      \"row\": [0]\n    },\n    {\n      \"n\": 1,\n"
+                        "      \"row\": [1]\n    }\n  ],\n  \"none\": [],\n  \"last\": true\n}\n");
+    json_free(&json);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_layout), cmocka_unit_test(test_strings)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_layout), cmocka_unit_test(test_strings),
+                                       cmocka_unit_test(test_lists_of_objects)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,7 +12,7 @@
 typedef struct Values {
     bool flag;
     int32_t mode;
-    int64_t count;
+    int64_t count, sweeps;
     double angle;
     Length length;
     const char *name, *in, *out;
@@ -30,6 +30,7 @@ static bool parse(Values* values, Failure* failure, bool* help, const char** wor
                               option_value("--hard", &values->mode, 2, ""),
                               option_choice("--mode", &values->mode, kModes, "soft|hard", ""),
                               option_integer("--count", &values->count, 0, 10, "N", ""),
+                              option_count("--sweeps", &values->sweeps, 6, 0, 10, "N", ""),
                               option_number("--angle", &values->angle, 0, 180, "DEG", ""),
                               option_length("--length", &values->length, ""),
                               option_string("--name", &values->name, "NAME", ""),
@@ -63,6 +64,13 @@ static void test_all_kinds(void** state) {
     assert_string_equal(v.in, "-a");
     assert_string_equal(v.out, "--flag");
 
+    /* The next word is not its value: that comes behind a = only. */
+    assert_true(parse(&v, &failure, &help, (const char*[]){"--sweeps", "3", "out", NULL}));
+    assert_int_equal(v.sweeps, 6);
+    assert_string_equal(v.in, "3");
+    assert_true(parse(&v, &failure, &help, (const char*[]){"in", "--sweeps=3", "out", NULL}));
+    assert_int_equal(v.sweeps, 3);
+
     assert_true(parse(&v, &failure, &help, (const char*[]){"in", "--help", "--nonsense", NULL}));
     assert_true(help);
 }
@@ -82,6 +90,8 @@ static void test_mistakes(void** state) {
         {{"--mode", "medium", NULL}, "--mode takes soft|hard, not 'medium'"},
         {{"--count", "11", NULL}, "--count takes a whole number from 0 to 10, not '11'"},
         {{"--count", "1.0", NULL}, "--count takes a whole number from 0 to 10, not '1.0'"},
+        {{"--sweeps=11", NULL}, "--sweeps takes a whole number from 0 to 10, not '11'"},
+        {{"--sweeps=", NULL}, "--sweeps takes a whole number from 0 to 10, not ''"},
         {{"--angle", "nan", NULL}, "--angle takes a number from 0 to 180, not 'nan'"},
         {{"--angle", "1,5", NULL}, "--angle takes a number from 0 to 180, not '1,5'"},
         {{"--length", "-1", NULL}, "--length takes a length in model units or percent of the diagonal, not '-1'"},
