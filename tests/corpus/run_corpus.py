@@ -458,28 +458,29 @@ def plan(run, options):
     return cases
 
 
-def compare_quality(checks, options):
-    """The figures against the committed ones. Integers must be equal; the others may differ in their last digit."""
-    check = Check("quality.csv")
-    rows = {tuple(str(r[k]) for k in COLUMNS[:4]): {k: str(r[k]) for k in COLUMNS} for c in checks for r in c.rows}
+def compare_quality(checks, options, path=QUALITY, columns=COLUMNS, keys=4):
+    """The figures against the committed ones; the first `keys` columns name a row. Integers must be equal; the others may differ in
+    their last digit."""
+    check = Check(path.name)
+    rows = {tuple(str(r[k]) for k in columns[:keys]): {k: str(r[k]) for k in columns} for c in checks for r in c.rows}
     committed = {}
-    if QUALITY.exists():
-        with open(QUALITY, newline="", encoding="utf-8") as table:
-            committed = {tuple(r[k] for k in COLUMNS[:4]): r for r in csv.DictReader(table)}
+    if path.exists():
+        with open(path, newline="", encoding="utf-8") as table:
+            committed = {tuple(r[k] for k in columns[:keys]): r for r in csv.DictReader(table)}
     if options.csv or options.update:
         merged = rows if options.csv else {**committed, **rows}
-        QUALITY.parent.mkdir(parents=True, exist_ok=True)
-        with open(QUALITY, "w", newline="", encoding="utf-8") as table:
-            writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "w", newline="", encoding="utf-8") as table:
+            writer = csv.DictWriter(table, columns, lineterminator="\n")
             writer.writeheader()
             writer.writerows(merged[k] for k in sorted(merged))
-        print(f"{QUALITY.relative_to(ROOT)}: {len(merged)} rows written")
+        print(f"{path.relative_to(ROOT)}: {len(merged)} rows written")
         return check
     for key, row in sorted(rows.items()):
         if key not in committed:
             check.that(False, f"{' '.join(key)}: not in the file (--update writes it)")
             continue
-        for column in COLUMNS[4:]:
+        for column in columns[keys:]:
             new, old = row[column], committed[key][column]
             equal = new == old
             if not equal and "." in old + new:
@@ -488,50 +489,31 @@ def compare_quality(checks, options):
     return check
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("--build", type=Path, required=True)
-    parser.add_argument("--short", action="store_true")
-    parser.add_argument("--smoke", action="store_true")
-    parser.add_argument("--only", default="")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--csv", action="store_true")
-    parser.add_argument("--update", action="store_true")
-    parser.add_argument("--keep", type=Path, help="work in this folder and keep what is left there")
-    parser.add_argument("--no-limits", action="store_true", help="no memory limit (sanitizers need address space)")
-    options = parser.parse_args()
-    if not (DATA / "MANIFEST.tsv").exists():
-        print(f"skipped: the shared data is not at {DATA}")
-        print("0 passed, 0 failed, 1 skipped")
-        return 77
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = options.keep.resolve() if options.keep else Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        run = Runner(options.build.resolve(), folder, not options.no_limits)
-        cases = plan(run, options)
-        checks, began = [], time.monotonic()
+def run_cases(cases, jobs, print_rows):
+    """The checks of all cases, in their order; each is printed as it ends."""
+    checks = []
 
-        def work(case):
-            _, function, arguments, named = case
-            try:
-                return function(*arguments, **named)
-            except Exception as error:  # a defect of the data or of this script: a failure that says where
-                broken = Check(f"{function.__name__} {' '.join(str(getattr(a, 'name', a)) for a in arguments[1:4])}")
-                broken.that(False, f"{type(error).__name__}: {error}")
-                return broken
+    def work(case):
+        _, function, arguments, named = case
+        try:
+            return function(*arguments, **named)
+        except Exception as error:  # a defect of the data or of this script: a failure that says where
+            broken = Check(f"{function.__name__} {' '.join(str(getattr(a, 'name', a)) for a in arguments[1:4])}")
+            broken.that(False, f"{type(error).__name__}: {error}")
+            return broken
 
-        print(f"{'mesh, mode, precision':58} {'vertices':>15} {'flips':>7} {'splits':>7} {'angles':>13} {'< 30':>6} {'> 120':>6} "
-              f"{'distance %':>10}")
-        with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-            for check in pool.map(work, cases):
-                checks.append(check)
-                for r in check.rows:
-                    print(f"{check.name:58} {r['vertices_in']:>7} {r['vertices_out']:>7} {r['flips']:>7} {r['splits']:>7} "
-                          f"{float(r['min_angle']):6.1f} {float(r['max_angle']):6.1f} {r['percent_below_30']:>6} "
-                          f"{r['percent_above_120']:>6} {r['hausdorff_percent']:>10}", flush=True)
-                for failure in check.failures:
-                    print(f"FAILED {check.name}: {failure}", flush=True)
-    nasty = [c for c in checks if hasattr(c, "usable")]
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for check in pool.map(work, cases):
+            checks.append(check)
+            print_rows(check)
+            for failure in check.failures:
+                print(f"FAILED {check.name}: {failure}", flush=True)
+    return checks
+
+
+def judge_nasty(checks):
+    """How many of the nasty ones with a usable surface were certified, by group of cases."""
+    nasty, shares = [c for c in checks if hasattr(c, "usable")], []
     for group in sorted({c.group for c in nasty}):
         usable = [c for c in nasty if c.usable and c.group == group]
         good = sum(c.certified for c in usable)
@@ -541,17 +523,62 @@ def main():
         for c in usable:
             if not c.certified:
                 print(f"  not: {c.name}: {c.note}")
-        checks.append(share)
-    if not options.smoke and not options.only:
-        checks.append(compare_quality(checks, options))
-    for check in checks[len(cases):]:
+        shares.append(share)
+    return shares
+
+
+def conclude(checks, case_count, began):
+    """The last lines; the exit status."""
+    for check in checks[case_count:]:
         for failure in check.failures:
             print(f"FAILED {check.name}: {failure}")
     failed = sum(bool(c.failures) for c in checks)
     statements = sum(c.passed for c in checks)
-    print(f"{len(cases)} cases, {statements} statements held, {time.monotonic() - began:.0f} s")
+    print(f"{case_count} cases, {statements} statements held, {time.monotonic() - began:.0f} s")
     print(f"{len(checks) - failed} passed, {failed} failed, 0 skipped")
     return 1 if failed or not checks else 0
+
+
+def parse_options(description):
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--build", type=Path, required=True)
+    parser.add_argument("--short", action="store_true")
+    parser.add_argument("--smoke", action="store_true")
+    parser.add_argument("--only", default="")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--csv", action="store_true")
+    parser.add_argument("--update", action="store_true")
+    parser.add_argument("--keep", type=Path, help="work in this folder and keep what is left there")
+    parser.add_argument("--no-limits", action="store_true", help="no memory limit (sanitizers need address space)")
+    return parser.parse_args()
+
+
+def main():
+    options = parse_options(__doc__.split("\n\n")[0])
+    if not (DATA / "MANIFEST.tsv").exists():
+        print(f"skipped: the shared data is not at {DATA}")
+        print("0 passed, 0 failed, 1 skipped")
+        return 77
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.keep.resolve() if options.keep else Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        run = Runner(options.build.resolve(), folder, not options.no_limits)
+        cases = plan(run, options)
+        began = time.monotonic()
+
+        def print_rows(check):
+            for r in check.rows:
+                print(f"{check.name:58} {r['vertices_in']:>7} {r['vertices_out']:>7} {r['flips']:>7} {r['splits']:>7} "
+                      f"{float(r['min_angle']):6.1f} {float(r['max_angle']):6.1f} {r['percent_below_30']:>6} "
+                      f"{r['percent_above_120']:>6} {r['hausdorff_percent']:>10}", flush=True)
+
+        print(f"{'mesh, mode, precision':58} {'vertices':>15} {'flips':>7} {'splits':>7} {'angles':>13} {'< 30':>6} {'> 120':>6} "
+              f"{'distance %':>10}")
+        checks = run_cases(cases, options.jobs, print_rows)
+    checks += judge_nasty(checks)
+    if not options.smoke and not options.only:
+        checks.append(compare_quality(checks, options))
+    return conclude(checks, len(cases), began)
 
 
 if __name__ == "__main__":
