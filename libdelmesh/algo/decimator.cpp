@@ -103,7 +103,15 @@ Vec3 Decimator::optimum(const Quadric& q, const Vec3& a, const Vec3& b) const {
     Vec3 w;
     if (!q.least(middle - origin, kStiffness, w)) return middle;
     w = w + origin;
-    return length_squared(w - middle) <= 4 * length_squared(b - a) ? w : middle;
+    if (!(length_squared(w - middle) <= 4 * length_squared(b - a))) w = middle;
+    // Where an end is better by more than rounding, the stiffness has pulled away from a corner.
+    const double noise = 1e-12 * (q.xx + q.yy + q.zz) * length_squared(b - a);
+    double least = q.at(w - origin) - noise;
+    for (const Vec3& end : {a, b}) {
+        const double at_end = q.at(end - origin);
+        if (at_end < least) least = at_end, w = end;
+    }
+    return w;
 }
 
 void Decimator::push(int32_t c) {
@@ -334,25 +342,31 @@ void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
         }
         if (rules.middle && !good_enough()) consider(0.5 * (a + b));
     }
-    double total = best.cost;
     if (best.cost < kNever) {
         if (!good_enough()) return postpone(best.cost);
+        double total = best.cost;
         const double most = rules.slack * std::max(rules.slack * best.cost, BucketQueue<Entry>::end_of(bucket));
         const int64_t beyond = refusals[DELMESH_STOPPED_BY_BOUND];
         if (commit(star, best, most, total)) return;
         if (total < BucketQueue<Entry>::kLargest) return postpone(total);
-        if (refusals[DELMESH_STOPPED_BY_BOUND] != beyond) {
-            // The guard objects to the place, perhaps not to the collapse.
-            const Vec3 refused = best.at;
+        // The guard, or a flip that may not be, objects to the place, perhaps not to the collapse.
+        const bool by_guard = refusals[DELMESH_STOPPED_BY_BOUND] != beyond;
+        const Vec3 refused = best.at;
+        double least = kNever;
+        if (!at_p && !at_q && (rules.ends || rules.middle))
             for (const Vec3& place : {a, b, 0.5 * (a + b)}) {
-                if (at_p || at_q || (!rules.ends && !rules.middle)) break;
                 best.cost = kNever;
                 consider(place);
-                if (best.cost < kNever && !(best.at == refused) && commit(star, best, most, total)) return;
+                if (best.cost == kNever || best.at == refused || (!by_guard && best.trial.nld != 0)) continue;
+                if (by_guard || good_enough()) {
+                    if (commit(star, best, std::max(most, best.cost), total)) return;
+                } else
+                    least = std::min(least, best.cost);
             }
-            ++counts.refused;
-            return;
-        }
+        if (least < kNever) return postpone(least);
+        ++counts.refused;
+        if (!by_guard) ++refusals[DELMESH_STOPPED_BY_DELAUNAY];
+        return;
     }
     ++counts.refused;
     ++refusals[DELMESH_STOPPED_BY_DELAUNAY];
