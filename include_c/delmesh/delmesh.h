@@ -243,7 +243,7 @@ enum {
     DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and weights (sum 1) where the vertex lies; a source vertex: (i,i,i) (1,0,0) */
     DELMESH_CORNER_TWIN = 11,   /* 3F x 1, or F x 3: the corner of the same edge in the neighbouring face, -1 on the boundary */
     DELMESH_VERT_PARENT = 12    /* V: of a level of delmesh_lod_family: the vertex of the next coarser level that this one went
-                                   into; the coarsest level's, and other meshes', are themselves */
+                                   into, -1 if it was pruned; the coarsest level's, and other meshes', are themselves */
 };
 
 enum {
@@ -428,7 +428,8 @@ typedef struct delmesh_decimate_options {
     double tolerance;           /* prepare = preserve. < 0 (default): the rounding of the output */
     double max_normal_turn;     /* degrees by which a collapse or one of its flips may turn a normal, 0..90: the fold-over limit. 78 */
     double boundary_weight;     /* of the quadrics of boundary and kept edges, against those of faces. 1 */
-    double prune;               /* components whose bounding box has a smaller diagonal go away; 0 (default): none does */
+    double prune;               /* components whose bounding box has a smaller diagonal go away before the first level that is not
+                                   full or a deviation's; the largest stays, and what is locked, cut or outside; 0 (default): none */
     delmesh_view vert_weights;  /* optional, V x 1 float32 or float64, > 0: scales the error around each source vertex */
     delmesh_view locked_verts;  /* optional, V x 1 uint8 or int32: where not 0, the source vertex stays where it is */
     delmesh_view face_mask;     /* optional, one uint8 or int32 per source polygon: faces with 0 stay as they are, their edges too,
@@ -477,13 +478,13 @@ DELMESH_API void delmesh_decimate_report_init(delmesh_decimate_report* report, u
  * from the one before. Every level is Delaunay as delmesh_remesh promises it, with the topology of the input; an unreachable target
  * is no error: stopped_by says why. A level that its predecessor satisfies already is that once more.
  * Levels leave out vertices that no face uses; DELMESH_VERT_SOURCE is the source vertex that a vertex is, bit for bit, or -1;
- * DELMESH_VERT_MAP_* where on the source it lies (the closest point among the faces around the source vertices that went into it);
+ * DELMESH_VERT_MAP_* where on the source it lies (a close point, found from the faces around the source vertices that went into it);
  * DELMESH_FACE_SOURCE a source polygon close to the face; DELMESH_VERT_PARENT the vertex of the next coarser level it went into.
  * options, report: may be NULL; levels: NULL, or `count` of them, each with struct_size set.
  * After an error or a cancel all of out[] is NULL. Errors: INVALID_ARGUMENT (also a target of a finer kind than its predecessor's
  * where both count the same), and those of delmesh_remesh.
- * O(n log n) in practice; about 250 bytes per triangle. Method: Garland and Heckbert 1997; Lindstrom and Turk 1998 (volume); the
- * allowable regions of Dyer, Zhang, Moeller 2007, section 5. docs/decimate.md. */
+ * O(n log n) in practice; about 250 bytes per triangle, 500 with a deviation or relaxation. Method: Garland and Heckbert 1997;
+ * Lindstrom and Turk 1998 (volume); the allowable regions of Dyer, Zhang, Moeller 2007, section 5. docs/decimate.md. */
 DELMESH_API int32_t delmesh_lod_family(delmesh_context* context, const delmesh_mesh* in, const delmesh_target* targets,
                                        int32_t count, const delmesh_decimate_options* options, delmesh_mesh** out,
                                        delmesh_level_report* levels, delmesh_decimate_report* report);

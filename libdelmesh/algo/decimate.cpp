@@ -9,8 +9,8 @@
 #include "algo/certify.h"
 #include "algo/decimator.h"
 #include "algo/level.h"
-#include "algo/relax.h"
 #include "algo/measure.h"
+#include "algo/relax.h"
 #include "algo/remesh.h"
 #include "base/stopwatch.h"
 #include "geom/angle.h"
@@ -152,7 +152,6 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     LevelMaker maker(context, in, full, order, surface, decimator);
     report.seconds_decimate += watch.lap();
 
-    DeviationGuard guard(context, surface);
     Array<uint8_t> stays(context.memory());
     bool pruned = false;
     for (int32_t i = 0; i < count; ++i) {
@@ -162,19 +161,23 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         const double begin = from + 0.2 * (to - from), middle = from + 0.7 * (to - from);
         const bool bounded = targets[i].kind == DELMESH_TARGET_DEVIATION;
         bool within = true;
-        if (bounded) {
-            DM_TRY(context.stage("associate", from, begin));
-            DM_TRY(guard.begin(in, targets[i].value, within));
+        {
+            DeviationGuard guard(context, surface); // large: gone before anything else begins
+            if (bounded) {
+                DM_TRY(context.stage("associate", from, begin));
+                DM_TRY(guard.begin(in, targets[i].value, within));
+                decimator.guard = &guard;
+            }
+            DM_TRY(context.stage("decimate", bounded ? begin : from, middle));
+            if (!bounded && !pruned && targets[i].kind != DELMESH_TARGET_FULL) {
+                pruned = true;
+                DM_TRY(decimator.prune(options.prune, level.pruned_components));
+            }
+            int64_t most_vertices, most_faces;
+            limits_of(targets[i], in, most_vertices, most_faces);
+            if (within) DM_TRY(decimator.run(most_vertices, most_faces));
+            decimator.guard = nullptr;
         }
-        decimator.guard = bounded ? &guard : nullptr;
-        DM_TRY(context.stage("decimate", bounded ? begin : from, middle));
-        if (within && !pruned && targets[i].kind != DELMESH_TARGET_FULL) {
-            pruned = true;
-            DM_TRY(decimator.prune(options.prune, level.pruned_components));
-        }
-        int64_t most_vertices, most_faces;
-        limits_of(targets[i], in, most_vertices, most_faces);
-        if (within) DM_TRY(decimator.run(most_vertices, most_faces));
         level.stopped_by = within ? decimator.stopped_by : DELMESH_STOPPED_BY_BOUND;
         if (bounded && within) {
             // That the bound is spent is what was asked for.

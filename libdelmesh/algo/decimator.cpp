@@ -8,17 +8,6 @@
 #include "geom/predicates.h"
 
 namespace dm {
-namespace {
-
-// h^2 times area, of the tetrahedron that a flip cuts: h between the lines of the diagonals.
-double moved_by_flip(const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v) {
-    const Vec3 n = cross(b - a, v - u);
-    const double area = length(n), volume = dot(n, u - a);
-    return area > 0 ? 0.25 * volume * volume / area : 0;
-}
-
-} // namespace
-
 Decimator::Decimator(Context& context_, Surface& surface, const DecimationRules& rules_)
     : merged_into(context_.memory()), next_merged(context_.memory()), last_merged(context_.memory()), place_of(context_.memory()),
       context(context_), s(surface), rules(rules_), verts(context_.memory()), queue(context_.memory()),
@@ -47,8 +36,11 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         each->resize_uninitialized(all);
         for (int32_t v = 0; v < all; ++v) (*each)[v] = v;
     }
+    // Only their ratios matter, and the queue has a range.
+    const double most_weight = vert_weights == nullptr || all == 0 ? 1 : *std::max_element(vert_weights, vert_weights + all);
     Array<uint8_t> special(context.memory(), all, 0);
     for (int32_t f = 0; f < faces; ++f) {
+        if ((f & 0xffff) == 0) DM_TRY(context.progress(0.3 * f / faces));
         if (s.is_dead(f)) continue;
         const int32_t v[3] = {s.vert(3 * f), s.vert(3 * f + 1), s.vert(3 * f + 2)};
         const Vec3 x[3] = {s.at(v[0]) - origin, s.at(v[1]) - origin, s.at(v[2]) - origin};
@@ -75,14 +67,13 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         }
     }
     for (int32_t v = 0; v < all; ++v) {
-        const bool locked = locked_verts != nullptr && locked_verts[v] != 0;
+        const bool locked = verts[v].locked = locked_verts != nullptr && locked_verts[v] != 0;
         // A line may get shorter from where it ends inside: noise has many of these.
         verts[v].kind = locked || special[v] > 2 ? Kind::corner : special[v] > 0 ? Kind::crease : Kind::smooth;
-        if (vert_weights != nullptr) verts[v].quadric *= vert_weights[v];
+        if (vert_weights != nullptr) verts[v].quadric *= vert_weights[v] / most_weight;
     }
     queue.reserve(s.corners() / 2);
-    sweep();
-    return DELMESH_OK;
+    return sweep();
 }
 
 // Which of the two is it, and may it be at all?
@@ -154,10 +145,13 @@ int32_t Decimator::find(const Entry& e) const {
 }
 
 // Every edge that is there goes into the queue.
-void Decimator::sweep() {
+Status Decimator::sweep() {
     std::fill(refusals, refusals + 5, 0);
-    for (int32_t c = 0; c < s.corners(); ++c)
+    for (int32_t c = 0; c < s.corners(); ++c) {
+        if ((c & 0x1ffff) == 0) DM_TRY(context.progress(1));
         if (!s.is_dead(face_of(c)) && s.twin(c) < c) push(c);
+    }
+    return DELMESH_OK;
 }
 
 // Finds the edges of entries, and has what their collapses will look at brought from memory: at each step what the one before has
@@ -205,7 +199,7 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
             // A few at a time, so that what they need is on its way from memory while others are looked at.
             Entry batch[kBatch];
             int32_t bucket = 0;
-            const int count = queue.pop(bucket, batch, kBatch);
+            const int count = queue.pop(bucket, batch, guard != nullptr ? 1 : kBatch);
             if (count == 0) {
                 // What was refused may be possible by now.
                 // A guard looks hard at all of that, so not for a few more.
@@ -215,7 +209,7 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
                     return DELMESH_OK;
                 }
                 at_sweep = counts.collapses;
-                sweep();
+                DM_TRY(sweep());
                 continue;
             }
             int32_t corners[kBatch];
@@ -240,57 +234,51 @@ Status Decimator::prune(double diagonal, int64_t& pruned) {
     Array<int32_t> faces(memory), starts(memory); // of all components, one after the other
     for (int32_t first = 0; first < s.faces(); ++first) {
         if (seen[first] != 0 || s.is_dead(first)) continue;
-        if ((starts.size() & 0xff) == 0) DM_TRY(context.progress(0));
         starts.push_back(static_cast<int32_t>(faces.size()));
         seen[first] = 1;
         faces.push_back(first);
-        for (int64_t next = starts.back(); next < faces.size(); ++next)
+        for (int64_t next = starts.back(); next < faces.size(); ++next) {
+            if ((next & 0xffff) == 0) DM_TRY(context.progress(0));
             for (int32_t k = 0; k < 3; ++k) {
                 const int32_t t = s.twin(3 * faces[next] + k);
                 if (t < 0 || seen[face_of(t)] != 0) continue;
                 seen[face_of(t)] = 1;
                 faces.push_back(face_of(t));
             }
+        }
     }
     const int64_t components = starts.size();
     starts.push_back(static_cast<int32_t>(faces.size()));
-    const auto size_of = [&](int64_t i) {
+    Array<double> sizes(memory, components);
+    int64_t largest = 0;
+    for (int64_t i = 0; i < components; ++i) {
         Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
-        for (int32_t n = starts[i]; n < starts[i + 1]; ++n)
-            for (int32_t k = 0; k < 3; ++k) {
-                const Vec3& x = s.at(s.vert(3 * faces[n] + k));
+        bool stays = false; // so do the sheets of a cut edge
+        for (int32_t n = starts[i]; n < starts[i + 1]; ++n) {
+            if ((n & 0xffff) == 0) DM_TRY(context.progress(0));
+            for (int32_t k = 3 * faces[n]; k < 3 * faces[n] + 3; ++k) {
+                const Vec3& x = s.at(s.vert(k));
                 low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
                 high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+                stays |= s.is_frozen(k) || is_cut(s.twin(k)) || verts[s.vert(k)].locked;
             }
-        return length(high - low);
-    };
-    int64_t largest = 0;
-    for (int64_t i = 1; i < components; ++i)
-        if (size_of(i) > size_of(largest)) largest = i;
+        }
+        sizes[i] = stays ? HUGE_VAL : length(high - low);
+        if (sizes[i] > sizes[largest]) largest = i;
+    }
     Array<int32_t> component(memory);
     for (int64_t i = 0; i < components; ++i) {
-        if (i == largest || !(size_of(i) < diagonal)) continue;
+        if (i == largest || !(sizes[i] < diagonal)) continue;
         component.clear();
         for (int32_t n = starts[i]; n < starts[i + 1]; ++n) component.push_back(faces[n]);
-        bool cut = false; // the sheets of a cut edge stay together
-        int64_t verts_of_it = 0;
-        changed.clear();
         for (const int32_t f : component)
             for (int32_t k = 3 * f; k < 3 * f + 3; ++k) {
-                cut |= is_cut(s.twin(k));
-                if (s.vert_corner[s.vert(k)] == k) changed.push_back(s.vert(k)), ++verts_of_it;
+                const int32_t v = s.vert(k);
+                if (s.vert_corner[v] != k) continue;
+                ++verts[v].version;
+                --vertices_left;
             }
-        if (cut) continue;
-        // A guard can only be asked after the deed.
-        s.begin_trial();
         s.remove_component(component);
-        if (guard != nullptr && !guard->accept(component)) {
-            s.undo_trial();
-            continue;
-        }
-        s.keep_trial();
-        for (const int32_t v : changed) ++verts[v].version;
-        vertices_left -= verts_of_it;
         faces_left -= component.size();
         ++pruned;
     }
@@ -311,9 +299,14 @@ void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
     const Vec3 a = s.at(p), b = s.at(q);
     Place best;
     best.cost = kNever;
+    guard_refused = false;
     const auto consider = [&](const Vec3& where) {
         const Vec3 w = round_to(rules.precision, where);
-        if (!is_finite(w) || (guard != nullptr && guard->is_beyond(w, face_of(c)))) return;
+        if (!is_finite(w)) return;
+        if (guard != nullptr && guard->is_beyond(w, face_of(c))) {
+            guard_refused = true;
+            return;
+        }
         const double error = sum.at(w - origin);
         if (error >= best.cost) return;
         const Trial trial = try_place(star, w);
@@ -346,30 +339,27 @@ void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
         if (!good_enough()) return postpone(best.cost);
         double total = best.cost;
         const double most = rules.slack * std::max(rules.slack * best.cost, BucketQueue<Entry>::end_of(bucket));
-        const int64_t beyond = refusals[DELMESH_STOPPED_BY_BOUND];
+        guard_refused = false;
         if (commit(star, best, most, total)) return;
         if (total < BucketQueue<Entry>::kLargest) return postpone(total);
         // The guard, or a flip that may not be, objects to the place, perhaps not to the collapse.
-        const bool by_guard = refusals[DELMESH_STOPPED_BY_BOUND] != beyond;
+        const bool by_guard = guard_refused;
         const Vec3 refused = best.at;
         double least = kNever;
-        if (!at_p && !at_q && (rules.ends || rules.middle))
-            for (const Vec3& place : {a, b, 0.5 * (a + b)}) {
-                best.cost = kNever;
-                consider(place);
-                if (best.cost == kNever || best.at == refused || (!by_guard && best.trial.nld != 0)) continue;
-                if (by_guard || good_enough()) {
-                    if (commit(star, best, std::max(most, best.cost), total)) return;
-                } else
-                    least = std::min(least, best.cost);
-            }
+        const Vec3 places[3] = {a, b, 0.5 * (a + b)};
+        for (int i = 0; i < 3 && !at_p && !at_q; ++i) {
+            if (!(i < 2 ? rules.ends : rules.middle)) continue;
+            best.cost = kNever;
+            consider(places[i]);
+            if (best.cost == kNever || best.at == refused || (!by_guard && best.trial.nld != 0)) continue;
+            if (!good_enough())
+                least = std::min(least, best.cost);
+            else if (commit(star, best, most, total))
+                return;
+        }
         if (least < kNever) return postpone(least);
-        ++counts.refused;
-        if (!by_guard) ++refusals[DELMESH_STOPPED_BY_DELAUNAY];
-        return;
     }
-    ++counts.refused;
-    ++refusals[DELMESH_STOPPED_BY_DELAUNAY];
+    ++refusals[guard_refused ? DELMESH_STOPPED_BY_BOUND : DELMESH_STOPPED_BY_DELAUNAY];
 }
 
 // Collapses the edge, and flips what is not Delaunay then. If that costs more than `most`, or cannot be, everything is as before,
@@ -385,7 +375,7 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
         __builtin_prefetch(&verts[star.spokes[i].ring].version);
     }
     s.collapse(c);
-    s.pos[p] = place.at;
+    s.pos[p] = place.at == before ? before : place.at == at_q ? at_q : place.at; // -0 is 0, but not its bits
     flipped.clear();
     changed.clear();
     bool done = true;
@@ -407,7 +397,7 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
         if (!guard->accept(changed)) {
             done = false;
             total = std::numeric_limits<double>::infinity();
-            ++refusals[DELMESH_STOPPED_BY_BOUND];
+            guard_refused = true;
         }
     }
     if (may_fail && !done) {
@@ -440,7 +430,6 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
 bool Decimator::flip_until_delaunay(double budget, double& moved) {
     constexpr int64_t kMostFlips = 64;
     constexpr double kNever = std::numeric_limits<double>::infinity();
-    const double least = rules.fold_cosine * rules.fold_cosine;
     while (!to_flip.empty()) {
         const int32_t c = to_flip.pop_back(), t = s.twin(c);
         const int32_t p = s.vert(c), q = s.head(c), u = s.apex(c);
@@ -457,10 +446,8 @@ bool Decimator::flip_until_delaunay(double budget, double& moved) {
         const Vec3 old_normals[2] = {cross(b - a, x - a), cross(a - b, y - b)};
         const Vec3 new_normals[2] = {cross(y - a, x - a), cross(x - b, y - b)};
         for (const Vec3& m : new_normals)
-            for (const Vec3& n : old_normals) {
-                const double turn = dot(m, n);
-                if (!(turn > 0 && turn * turn > least * length_squared(m) * length_squared(n))) return moved = kNever, false;
-            }
+            for (const Vec3& n : old_normals)
+                if (!turns_little(m, n)) return moved = kNever, false;
         if (zero_area(a, y, x) || zero_area(b, x, y)) return moved = kNever, false;
         moved += moved_by_flip(a, b, x, y);
         if (moved > budget) return false;

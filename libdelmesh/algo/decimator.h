@@ -42,7 +42,7 @@ public:
     // How many of the edges at a vertex are on the boundary or kept says how it may move.
     enum class Kind : uint8_t { smooth, crease, corner };
     Kind kind(int32_t v) const { return verts[v].kind; }
-    // Takes components away whose bounding box has a smaller diagonal, but not the last one, and not where the guard objects.
+    // Takes components away whose bounding box has a smaller diagonal: not the largest one, nor one in which something has to stay.
     Status prune(double diagonal, int64_t& pruned);
 
     DeviationGuard* guard = nullptr; // has to agree with every collapse, if there is one
@@ -60,6 +60,7 @@ private:
         Quadric quadric;
         uint32_t version = 0; // counts changes of its place and quadric
         Kind kind = Kind::smooth;
+        bool locked = false;
     };
     struct Entry {
         int32_t corner, p, q;
@@ -104,9 +105,22 @@ private:
     bool ends_may_merge(int32_t c, bool& stays_at_p, bool& stays_at_q) const;
     Vec3 optimum(const Quadric& q, const Vec3& a, const Vec3& b) const;
     void attempt(int32_t c, bool tried, int32_t bucket);
-    void sweep();
+    Status sweep();
     bool commit(const Star& star, const Place& place, double most, double& total);
     bool flip_until_delaunay(double budget, double& moved);
+
+    // May a face with the normal n get the normal m?
+    bool turns_little(const Vec3& m, const Vec3& n) const {
+        const double turn = dot(m, n), sizes = length_squared(m) * length_squared(n);
+        if (sizes > 1e-250 && sizes < 1e250) return turn > 0 && turn * turn > rules.fold_cosine * rules.fold_cosine * sizes;
+        return turn > 0 && turn > rules.fold_cosine * length(m) * length(n); // where their product leaves the range
+    }
+    // What a flip of [a, b] to [u, v] moves: h^2 times half the area, for the height h of the tetrahedron that it cuts.
+    static double moved_by_flip(const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v) {
+        const Vec3 n = cross(b - a, v - u);
+        const double area = length(n), height = area > 0 ? dot(n, u - a) / area : 0;
+        return 0.25 * height * height * area;
+    }
 
     // -- star.cpp
     bool gather(int32_t c, Star& star) const; // false: the edge may not be collapsed
@@ -119,8 +133,9 @@ private:
     Context& context;
     Surface& s;
     const DecimationRules& rules;
-    Vec3 origin{0, 0, 0}; // of the quadrics: the numbers in them are then of the model's size
-    double flip_weight = 1;
+    Vec3 origin{0, 0, 0};       // of the quadrics: the numbers in them are then of the model's size
+    double flip_weight = 1;     // in units of the quadrics
+    bool guard_refused = false; // in the attempt at hand
     Array<Vertex> verts;
     BucketQueue<Entry> queue;
     Array<int32_t> to_flip, flipped, changed;

@@ -111,24 +111,18 @@ bool Decimator::gather(int32_t c, Star& star) const {
 
 Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
     Trial trial;
-    const double least = rules.fold_cosine * rules.fold_cosine;
     Vec3 to_ring = star.spokes[0].at_ring - w;
     for (int i = 0; i < star.count; ++i) {
         const Spoke& spoke = star.spokes[i];
         const Spoke& next = star.after(i);
         const Vec3 to_next = next.at_ring - w;
         const Vec3 normal = cross(to_ring, to_next);
-        const double size = length_squared(normal), turn = dot(normal, spoke.normal);
-        if (!(turn > 0 && turn * turn > least * size * length_squared(spoke.normal))) return trial;
-        if (!(size > 1e-20 * length_squared(to_ring) * length_squared(to_next)) && zero_area(w, spoke.at_ring, next.at_ring))
+        if (!turns_little(normal, spoke.normal)) return trial;
+        if (!(length_squared(normal) > 1e-20 * length_squared(to_ring) * length_squared(to_next)) &&
+            zero_area(w, spoke.at_ring, next.at_ring))
             return trial;
         to_ring = to_next;
     }
-    const auto moved_by_flip = [&](const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v) {
-        const Vec3 n = cross(b - a, v - u);
-        const double area = length(n), volume = dot(n, u - a);
-        return area > 0 ? 0.25 * volume * volume / area : 0;
-    };
     for (int i = 0; i < star.count; ++i) {
         const Spoke& spoke = star.spokes[i];
         const Spoke& next = star.after(i);

@@ -3,6 +3,8 @@
 // into memory of the mesh's own.
 #include "api/arrays.h"
 
+#include <algorithm>
+
 #include "api/options.h"
 #include "api/views.h"
 
@@ -79,10 +81,11 @@ VertexMap vertex_map(const Mesh& mesh, int32_t v) {
 
 // Whether an array has a -1 in it, which an unsigned type cannot hold. All other indices fit all types that are taken.
 bool has_negative(const Mesh& mesh, int32_t what) {
-    if (what != DELMESH_CORNER_TWIN && what != DELMESH_VERT_SOURCE) return false;
-    for (const int32_t i : what == DELMESH_CORNER_TWIN ? mesh.corner_twin : mesh.vert_source)
-        if (i < 0) return true;
-    return false;
+    const Array<int32_t>* const array = what == DELMESH_CORNER_TWIN   ? &mesh.corner_twin
+                                        : what == DELMESH_VERT_SOURCE ? &mesh.vert_source
+                                        : what == DELMESH_VERT_PARENT ? &mesh.vert_parent
+                                                                      : nullptr;
+    return array != nullptr && std::any_of(array->begin(), array->end(), [](int32_t i) { return i < 0; });
 }
 
 // ---- Passes -----------------------------------------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ void* default_alloc(void*, uint64_t size, uint64_t align) {
     return _aligned_malloc(size, align);
 #else
     void* pointer = nullptr;
-    const bool huge = size >= kHugePage;
+    const bool huge = size >= kHugePage && size < (uint64_t{1} << 62);
     if (huge) size = (size + kHugePage - 1) / kHugePage * kHugePage;
     if (posix_memalign(&pointer, huge ? kHugePage : align, size) != 0) return nullptr;
 #if defined(__linux__)

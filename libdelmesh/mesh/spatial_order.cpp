@@ -57,7 +57,9 @@ Status sort_in_space(Context& context, const Mesh& in, SpatialOrder& order, Mesh
     }));
     order.old_vert.resize_uninitialized(verts);
     for (int32_t v = 0; v < verts; ++v) order.old_vert[v] = v;
+    DM_TRY(context.progress(0.2));
     radix_sort(codes, order.old_vert);
+    DM_TRY(context.progress(0.5));
     codes.free_storage();
     order.new_vert.resize_uninitialized(verts);
     for (int32_t v = 0; v < verts; ++v) order.new_vert[order.old_vert[v]] = v;
@@ -78,6 +80,7 @@ Status sort_in_space(Context& context, const Mesh& in, SpatialOrder& order, Mesh
         order.old_face[n] = f;
     }
 
+    DM_TRY(context.progress(0.7));
     out.precision = in.precision;
     out.vertex_count = verts;
     const auto move = [&](const auto& from, auto& to) {

@@ -165,7 +165,7 @@ private:
                 const int32_t source = mesh_.vert_source[v];
                 DM_HOLDS(v < mesh_.first_split ? source >= 0 : source >= -1, "Vertex %d had source %d.", v, source);
             }
-            DM_HOLDS(!has_parent || mesh_.vert_parent[v] >= 0, "Vertex %d had parent %d.", v, mesh_.vert_parent[v]);
+            DM_HOLDS(!has_parent || mesh_.vert_parent[v] >= -1, "Vertex %d had parent %d.", v, mesh_.vert_parent[v]);
             if (has_join) {
                 const int32_t join = mesh_.vert_join[v];
                 DM_HOLDS(join >= 0 && join <= v && mesh_.vert_join[join] == join, "Vertex %d was joined to %d.", v, join);

@@ -691,8 +691,55 @@ static void pruning(void** state) {
         assert_true(report.faces <= 100 && report.certified == 1);
         delmesh_mesh_destroy(level);
     }
+    /* What went away has no parent, and a level with such vertices is a valid mesh. */
+    delmesh_decimate_options options = defaults();
+    options.prune = 0.05;
+    const delmesh_target targets[2] = {target(DELMESH_TARGET_FULL, 0), target(DELMESH_TARGET_FACES, 100)};
+    delmesh_mesh* levels[2] = {NULL, NULL};
+    assert_status(delmesh_lod_family(context, in, targets, 2, &options, levels, NULL, NULL), context, DELMESH_OK);
+    const int64_t count = info_of(levels[0]).vertices;
+    int32_t* parents = malloc((size_t)count * sizeof *parents);
+    const delmesh_view_mut view = {parents, count, 0, DELMESH_INT32, 1};
+    assert_int_equal(delmesh_mesh_read(levels[0], DELMESH_VERT_PARENT, &view), DELMESH_OK);
+    int orphans = 0;
+    for (int64_t i = 0; i < count; ++i) orphans += parents[i] == -1;
+    assert_int_equal(orphans, 4);
+    free(parents);
+    for (int i = 0; i < 2; ++i) {
+        assert_status(delmesh_mesh_validate(context, levels[i]), context, DELMESH_OK);
+        delmesh_mesh_destroy(levels[i]);
+    }
+    /* Not what is locked. */
+    uint8_t* locks = calloc((size_t)shape.verts, 1);
+    locks[v + 2] = 1;
+    options.locked_verts = (delmesh_view){locks, shape.verts, 0, DELMESH_UINT8, 1};
+    assert_status(delmesh_decimate(context, in, &targets[1], &options, levels, NULL, NULL), context, DELMESH_OK);
+    assert_int_equal(info_of(levels[0]).components, 2);
+    delmesh_mesh_destroy(levels[0]);
+    free(locks);
     delmesh_mesh_destroy(in);
     free_shape(&shape);
+}
+
+/* DELMESH_COLLAPSE_ENDPOINTS: every vertex has the place of one of the source's, under a distance too. */
+static void ends_only(void** state) {
+    (void)state;
+    delmesh_mesh* in = torus(30, 24);
+    delmesh_decimate_options options = defaults();
+    options.collapse_placement = DELMESH_COLLAPSE_ENDPOINTS;
+    const delmesh_target targets[2] = {target(DELMESH_TARGET_RATIO, 0.3), target(DELMESH_TARGET_DEVIATION, 0.05)};
+    for (int t = 0; t < 2; ++t) {
+        delmesh_mesh* level = NULL;
+        assert_status(delmesh_decimate(context, in, &targets[t], &options, &level, NULL, NULL), context, DELMESH_OK);
+        const int64_t count = info_of(level).vertices;
+        int32_t* sources = malloc((size_t)count * sizeof *sources);
+        const delmesh_view_mut view = {sources, count, 0, DELMESH_INT32, 1};
+        assert_int_equal(delmesh_mesh_read(level, DELMESH_VERT_SOURCE, &view), DELMESH_OK);
+        for (int64_t i = 0; i < count; ++i) assert_true(sources[i] >= 0);
+        free(sources);
+        delmesh_mesh_destroy(level);
+    }
+    delmesh_mesh_destroy(in);
 }
 
 /* The two-sided distance to the input, as measured, is within the target, and the level is smaller for a larger one. */
@@ -817,6 +864,7 @@ int main(void) {
         cmocka_unit_test(locked_vertices_stay),
         cmocka_unit_test(outside_of_the_mask_nothing_changes),
         cmocka_unit_test(pruning),
+        cmocka_unit_test(ends_only),
         cmocka_unit_test(deviations_are_kept),
         cmocka_unit_test(weights_move_detail),
         cmocka_unit_test(threads_change_nothing),
