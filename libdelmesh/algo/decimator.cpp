@@ -89,15 +89,17 @@ bool Decimator::ends_may_merge(int32_t c, bool& stays_at_p, bool& stays_at_q) co
     return true;
 }
 
-Vec3 Decimator::optimum(const Quadric& q, const Vec3& a, const Vec3& b) const {
+Vec3 Decimator::optimum(const Quadric& q, int32_t p_vert, int32_t q_vert) const {
+    const Vec3 &a = s.at(p_vert), &b = s.at(q_vert);
     const Vec3 middle = 0.5 * (a + b);
     Vec3 w;
     if (!q.least(middle - origin, kStiffness, w)) return middle;
     w = w + origin;
     if (!(length_squared(w - middle) <= 4 * length_squared(b - a))) w = middle;
-    // Where an end is better by more than rounding, the stiffness has pulled away from a corner.
-    const double noise = 1e-12 * (q.xx + q.yy + q.zz) * length_squared(b - a);
-    double least = q.at(w - origin) - noise;
+    if (verts[p_vert].kind != Kind::crease) return w;
+    // On boundaries and kept edges the stiffness may have pulled away from a corner. (Inside that does not matter as much, and the
+    // middle leaves better triangles.)
+    double least = 0.01 * q.at(w - origin) - 1e-12 * (q.xx + q.yy + q.zz) * length_squared(b - a);
     for (const Vec3& end : {a, b}) {
         const double at_end = q.at(end - origin);
         if (at_end < least) least = at_end, w = end;
@@ -113,8 +115,8 @@ void Decimator::push(int32_t c) {
     }
     const int32_t p = s.vert(c), q = s.head(c);
     const Quadric sum = verts[p].quadric + verts[q].quadric;
-    const Vec3 w = at_p ? s.at(p) : at_q ? s.at(q) : optimum(sum, s.at(p), s.at(q));
-    queue.push(sum.at(w - origin), {c, p, q, stamp_of(p, q), 0});
+    const Vec3 w = at_p ? s.at(p) : at_q ? s.at(q) : optimum(sum, p, q);
+    queue.push(sum.at(w - origin), {c, p, q, stamp_of(p, q), kNothing});
 }
 
 void Decimator::push_around(int32_t v) {
@@ -219,7 +221,7 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
                 if (reached())
                     queue.push_to(bucket, batch[i]);
                 else if ((corners[i] = find(batch[i])) >= 0) // the batch's first may have changed it
-                    attempt(corners[i], batch[i].tried != 0, bucket);
+                    attempt(corners[i], static_cast<Tried>(batch[i].tried), bucket);
             }
         }
     }
@@ -285,7 +287,7 @@ Status Decimator::prune(double diagonal, int64_t& pruned) {
     return DELMESH_OK;
 }
 
-void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
+void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
     constexpr double kNever = std::numeric_limits<double>::infinity();
     bool at_p, at_q;
     if (!ends_may_merge(c, at_p, at_q)) return;
@@ -300,6 +302,7 @@ void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
     Place best;
     best.cost = kNever;
     guard_refused = false;
+    bool flips = rules.flips && tried != kFlips;
     const auto consider = [&](const Vec3& where) {
         const Vec3 w = round_to(rules.precision, where);
         if (!is_finite(w)) return;
@@ -310,23 +313,23 @@ void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
         const double error = sum.at(w - origin);
         if (error >= best.cost) return;
         const Trial trial = try_place(star, w);
-        if (!trial.possible || (trial.nld != 0 && !rules.flips)) return;
+        if (!trial.possible || (trial.nld != 0 && !flips)) return;
         const double total = error + flip_weight * trial.flips;
         if (total < best.cost && total < BucketQueue<Entry>::kLargest) best = {w, total, trial};
     };
     const auto good_enough = [&] { return BucketQueue<Entry>::bucket(best.cost / rules.slack) <= bucket; };
-    const auto postpone = [&](double cost_now) {
+    const auto postpone = [&](double cost_now, Tried known) {
         ++counts.postponed;
-        const Entry again{c, p, q, stamp_of(p, q), 1};
+        const Entry again{c, p, q, stamp_of(p, q), known};
         queue.push_to(std::max(bucket + 1, BucketQueue<Entry>::bucket(cost_now)), again); // below infinity's, as cost_now is
     };
     if (at_p || at_q) {
         consider(at_p ? a : b);
     } else {
-        const Vec3 least = keep_volume(star, sum, optimum(sum, a, b));
+        const Vec3 least = keep_volume(star, sum, optimum(sum, p, q));
         if (rules.optimum) consider(least);
         // The other places take longer. Most entries change before they are met again.
-        if (!tried && best.cost < kNever && !good_enough()) return postpone(best.cost);
+        if (tried == kNothing && best.cost < kNever && !good_enough()) return postpone(best.cost, kOptimum);
         Vec3 allowed;
         if (rules.region && !good_enough() && best_allowed(star, sum, least, allowed)) consider(allowed);
         if (rules.ends && !good_enough()) {
@@ -336,28 +339,29 @@ void Decimator::attempt(int32_t c, bool tried, int32_t bucket) {
         if (rules.middle && !good_enough()) consider(0.5 * (a + b));
     }
     if (best.cost < kNever) {
-        if (!good_enough()) return postpone(best.cost);
+        if (!good_enough()) return postpone(best.cost, std::max(tried, kOptimum));
         double total = best.cost;
         const double most = rules.slack * std::max(rules.slack * best.cost, BucketQueue<Entry>::end_of(bucket));
         guard_refused = false;
         if (commit(star, best, most, total)) return;
-        if (total < BucketQueue<Entry>::kLargest) return postpone(total);
+        if (total < BucketQueue<Entry>::kLargest) return postpone(total, kOptimum);
         // The guard, or a flip that may not be, objects to the place, perhaps not to the collapse.
         const bool by_guard = guard_refused;
         const Vec3 refused = best.at;
         double least = kNever;
+        flips = flips && by_guard;
         const Vec3 places[3] = {a, b, 0.5 * (a + b)};
         for (int i = 0; i < 3 && !at_p && !at_q; ++i) {
             if (!(i < 2 ? rules.ends : rules.middle)) continue;
             best.cost = kNever;
             consider(places[i]);
-            if (best.cost == kNever || best.at == refused || (!by_guard && best.trial.nld != 0)) continue;
+            if (best.cost == kNever || best.at == refused) continue;
             if (!good_enough())
                 least = std::min(least, best.cost);
             else if (commit(star, best, most, total))
                 return;
         }
-        if (least < kNever) return postpone(least);
+        if (least < kNever) return postpone(least, by_guard ? kOptimum : kFlips);
     }
     ++refusals[guard_refused ? DELMESH_STOPPED_BY_BOUND : DELMESH_STOPPED_BY_DELAUNAY];
 }

@@ -62,10 +62,12 @@ private:
         Kind kind = Kind::smooth;
         bool locked = false;
     };
+    // What is known of an edge since its ends changed: nothing; its optimum cost too much for where the entry was; flips do not help.
+    enum Tried : uint32_t { kNothing, kOptimum, kFlips };
     struct Entry {
         int32_t corner, p, q;
-        uint32_t stamp : 31; // see stamp_of: an entry made before one of the ends changed is not looked at
-        uint32_t tried : 1;  // the optimum was, and cost too much for where the entry was
+        uint32_t stamp : 30; // see stamp_of: an entry made before one of the ends changed is not looked at
+        uint32_t tried : 2;
     };
     // The edge from the merged vertex to a neighbour, and the face that follows counter-clockwise.
     struct Spoke {
@@ -99,12 +101,12 @@ private:
     // -- decimator.cpp
     void push(int32_t c);
     void push_around(int32_t v);
-    uint32_t stamp_of(int32_t p, int32_t q) const { return (verts[p].version + verts[q].version) & 0x7fffffff; }
+    uint32_t stamp_of(int32_t p, int32_t q) const { return (verts[p].version + verts[q].version) & 0x3fffffff; }
     int32_t find(const Entry& e) const;
     void ask_for(const Entry* entries, int count, int32_t* corners) const;
     bool ends_may_merge(int32_t c, bool& stays_at_p, bool& stays_at_q) const;
-    Vec3 optimum(const Quadric& q, const Vec3& a, const Vec3& b) const;
-    void attempt(int32_t c, bool tried, int32_t bucket);
+    Vec3 optimum(const Quadric& q, int32_t p_vert, int32_t q_vert) const;
+    void attempt(int32_t c, Tried tried, int32_t bucket);
     Status sweep();
     bool commit(const Star& star, const Place& place, double most, double& total);
     bool flip_until_delaunay(double budget, double& moved);
