@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/box.h"
+#include "geom/angle.h"
 #include "geom/predicates.h"
 
 namespace dm {
@@ -15,19 +17,17 @@ Decimator::Decimator(Context& context_, Surface& surface, const DecimationRules&
 
 Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts) {
     const int32_t all = s.vertices(), faces = s.faces();
-    Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
+    Box box;
     vertices_left = 0;
     for (int32_t v = 0; v < all; ++v) {
         if (s.vert_corner[v] < 0) continue;
         ++vertices_left;
-        const Vec3& x = s.at(v);
-        low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-        high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+        box.extend(s.at(v));
     }
     faces_left = faces - s.dead_faces;
-    origin = 0.5 * (low + high);
+    origin = 0.5 * (box.lo + box.hi);
     // Errors are areas times squared lengths: in units of the model's size they are numbers that a float32 can hold.
-    const double size_of_all = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+    const double size_of_all = box.longest_side();
     const double unit = 1 / (size_of_all * size_of_all) / (size_of_all * size_of_all);
     flip_weight = rules.flip_weight * unit;
     verts.assign(all, Vertex{});
@@ -254,18 +254,16 @@ Status Decimator::prune(double diagonal, int64_t& pruned) {
     Array<double> sizes(memory, components);
     int64_t largest = 0;
     for (int64_t i = 0; i < components; ++i) {
-        Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
+        Box box;
         bool stays = false; // so do the sheets of a cut edge
         for (int32_t n = starts[i]; n < starts[i + 1]; ++n) {
             if ((n & 0xffff) == 0) DM_TRY(context.progress(0));
             for (int32_t k = 3 * faces[n]; k < 3 * faces[n] + 3; ++k) {
-                const Vec3& x = s.at(s.vert(k));
-                low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-                high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+                box.extend(s.at(s.vert(k)));
                 stays |= s.is_frozen(k) || is_cut(s.twin(k)) || verts[s.vert(k)].locked;
             }
         }
-        sizes[i] = stays ? HUGE_VAL : length(high - low);
+        sizes[i] = stays ? HUGE_VAL : box.diagonal();
         if (sizes[i] > sizes[largest]) largest = i;
     }
     Array<int32_t> component(memory);
@@ -430,7 +428,7 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
     return true;
 }
 
-// The edges of to_flip, and what flipping them makes NLD. moved: h^2 times area, in all; infinity where a flip may not be.
+// The edges of to_flip, and what flipping them makes NLD. moved: as moved_by_flip, in all; infinity where a flip may not be.
 bool Decimator::flip_until_delaunay(double budget, double& moved) {
     constexpr int64_t kMostFlips = 64;
     constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -451,7 +449,7 @@ bool Decimator::flip_until_delaunay(double budget, double& moved) {
         const Vec3 new_normals[2] = {cross(y - a, x - a), cross(x - b, y - b)};
         for (const Vec3& m : new_normals)
             for (const Vec3& n : old_normals)
-                if (!turns_little(m, n)) return moved = kNever, false;
+                if (!turns_less(m, n, rules.fold_cosine)) return moved = kNever, false;
         if (zero_area(a, y, x) || zero_area(b, x, y)) return moved = kNever, false;
         moved += moved_by_flip(a, b, x, y);
         if (moved > budget) return false;

@@ -73,7 +73,7 @@ private:
     struct Spoke {
         int32_t corner;                            // of a face that stays, at p or q; -1 for the last of an open star
         int32_t ring;                              // the neighbour
-        int32_t beyond;                            // opposite to the face's outer edge; -1: none, or nothing may change there
+        int32_t beyond;                            // opposite to the face's outer edge; -1: none
         bool kept, link_kept, frozen, link_frozen; // this edge, and the face's outer one
         Vec3 at_ring, at_beyond;
         Vec3 normal; // of the face as it is
@@ -86,6 +86,7 @@ private:
         bool open;
         Spoke spokes[kMostSpokes + 1];
         const Spoke& after(int i) const { return spokes[i + 1 < count || open ? i + 1 : 0]; }
+        int before(int i) const { return i > 0 ? i - 1 : open ? -1 : count - 1; } // -1: none
     };
     struct Trial {             // of a place
         bool possible = false; // no fold, and what is not Delaunay may be flipped
@@ -111,12 +112,6 @@ private:
     bool commit(const Star& star, const Place& place, double most, double& total);
     bool flip_until_delaunay(double budget, double& moved);
 
-    // May a face with the normal n get the normal m?
-    bool turns_little(const Vec3& m, const Vec3& n) const {
-        const double turn = dot(m, n), sizes = length_squared(m) * length_squared(n);
-        if (sizes > 1e-250 && sizes < 1e250) return turn > 0 && turn * turn > rules.fold_cosine * rules.fold_cosine * sizes;
-        return turn > 0 && turn > rules.fold_cosine * length(m) * length(n); // where their product leaves the range
-    }
     // What a flip of [a, b] to [u, v] moves: h^2 times half the area, for the height h of the tetrahedron that it cuts.
     static double moved_by_flip(const Vec3& a, const Vec3& b, const Vec3& u, const Vec3& v) {
         const Vec3 n = cross(b - a, v - u);

@@ -13,6 +13,7 @@
 
 #include "algo/nld_scan.h"
 #include "algo/remesh.h"
+#include "base/box.h"
 #include "mesh/build.h"
 
 namespace dm {
@@ -110,19 +111,12 @@ private:
     Vec3 at(int32_t v) const { return round_to(precision, in.position(v)); }
 
     void measure() {
-        constexpr double kInfinity = std::numeric_limits<double>::infinity();
-        low = {kInfinity, kInfinity, kInfinity};
-        Vec3 high{-kInfinity, -kInfinity, -kInfinity};
-        for (const int32_t v : in.corner_vert) {
-            const Vec3 x = at(v);
-            low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-            high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
-        }
-        whole.largest = std::max(
-            {std::fabs(low.x), std::fabs(low.y), std::fabs(low.z), std::fabs(high.x), std::fabs(high.y), std::fabs(high.z)});
-        const Vec3 d = high - low;
-        extent = std::max({d.x, d.y, d.z});
-        whole.diagonal = extent > 0 ? extent * length((1 / extent) * d) : 0;
+        Box box;
+        for (const int32_t v : in.corner_vert) box.extend(at(v));
+        low = box.lo;
+        extent = box.longest_side();
+        whole.largest = box.largest_coordinate();
+        whole.diagonal = box.diagonal();
     }
 
     // -- the population

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "geom/closest_point.h"
 #include "mesh/build.h"
 
 namespace dm {
@@ -15,31 +16,12 @@ struct Nearest {
     int32_t face = -1;
 };
 
-// The closest point of the triangle, by its weights; kept if it is closer than what `nearest` has.
+// The closest point of the triangle; kept if it is closer than what `nearest` has.
 void consider(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, int32_t face, Nearest& nearest) {
-    const Vec3 ab = b - a, ac = c - a, ap = p - a, n = cross(ab, ac);
-    const double nn = dot(n, n);
-    double w[3] = {1, 0, 0};
-    w[1] = dot(n, cross(ap, ac)), w[2] = dot(n, cross(ab, ap)), w[0] = nn - w[1] - w[2];
-    if (nn > 0 && w[0] >= 0 && w[1] >= 0 && w[2] >= 0) {
-        for (double& each : w) each /= nn;
-    } else {
-        // On the nearest of the three edges.
-        const Vec3* const corner[3] = {&a, &b, &c};
-        double best = std::numeric_limits<double>::infinity();
-        for (int k = 0; k < 3; ++k) {
-            const Vec3 &x = *corner[k], along = *corner[(k + 1) % 3] - x;
-            const double whole = dot(along, along);
-            const double t = whole > 0 ? std::min(1.0, std::max(0.0, dot(p - x, along) / whole)) : 0;
-            const double d = length_squared(p - x - t * along);
-            if (!(d < best)) continue;
-            best = d;
-            w[k] = 1 - t, w[(k + 1) % 3] = t, w[(k + 2) % 3] = 0;
-        }
-    }
-    const double d = length_squared(p - (w[0] * a + w[1] * b + w[2] * c));
+    const ClosestPoint closest = closest_on_triangle(p, a, b, c);
+    const double d = length_squared(closest.residual);
     if (!(d < nearest.distance_squared)) return;
-    nearest = {d, {w[0], w[1], w[2]}, face};
+    nearest = {d, {closest.weight[0], closest.weight[1], closest.weight[2]}, face};
 }
 
 } // namespace

@@ -11,6 +11,7 @@
 #include "algo/distance_bound.h"
 #include "algo/parallel_slices.h"
 #include "geom/bvh.h"
+#include "geom/low_discrepancy.h"
 #include "geom/predicates.h"
 
 namespace dm {
@@ -126,21 +127,6 @@ Vec3 normal(const Bvh::Triangle& t) {
     return cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
 }
 
-// The triangular van der Corput sequence (Basu and Owen 2015): the digits of `index` to the base of 4 say which of the four
-// similar parts of the triangle to go into, the lowest first, so that any run of consecutive numbers is well spread.
-Vec3 low_discrepancy_point(const Bvh::Triangle& t, uint64_t index) {
-    double weight[4] = {0, 0, 0, 0}; // of nobody, and of the corners
-    double size = 1;
-    for (; index != 0; index >>= 2) {
-        const unsigned digit = index & 3;
-        size *= digit == 0 ? -0.5 : 0.5; // the middle part is upside down
-        if (digit != 0) weight[digit] += size;
-    }
-    const double third = (1 - (weight[1] + weight[2] + weight[3])) / 3;
-    const double b = third + weight[2], c = third + weight[3];
-    return t.corner[0] + (b * (t.corner[1] - t.corner[0]) + c * (t.corner[2] - t.corner[0]));
-}
-
 // Which vertices and edges are looked at from which triangle, so that each is looked at once: bit k is corner k's vertex,
 // bit 3 + k the edge from corner k on.
 Array<uint8_t> assign_spots(Memory& memory, const Mesh& mesh, const Bvh& bvh) {
@@ -211,7 +197,7 @@ Status measure_samples(Context& context, const Bvh& from, const Bvh& to, int64_t
         for (int64_t i = first; i < last; ++i) {
             while (samples_up_to(t) <= i) ++t;
             const Bvh::Triangle& triangle = from.triangle(t);
-            const Bvh::Hit hit = to.closest(low_discrepancy_point(triangle, static_cast<uint64_t>(i)), guess);
+            const Bvh::Hit hit = to.closest(low_discrepancy_point(triangle.corner, static_cast<uint64_t>(i)), guess);
             guess = hit.triangle;
             tally.max_squared = std::fmax(tally.max_squared, hit.distance_squared);
             tally.sum_squared += hit.distance_squared;

@@ -74,17 +74,9 @@ inline Int4 find_unclear(const Real* positions, const int32_t* verts) {
 
 // ---- Second stage -----------------------------------------------------------------------------------------------------------
 
-// The computed dot product of two differences is off by less than 4 epsilon times the sum of its terms' magnitudes, and the cross
-// product's components by less than that of theirs; the factor here is generous, and what is below kTiny may have lost bits to
-// underflow.
+// The computed dot product of two differences is off by less than 4 epsilon times the sum of its terms' magnitudes; the factor here
+// is generous, and what is below kTiny may have lost bits to underflow.
 constexpr double kSafe = 1e-14, kTiny = 1e-280, kHuge = 1e280;
-
-bool has_clear_area(const Vec3& e0, const Vec3& e1) {
-    const Vec3 n = cross(e0, e1);
-    const double reach = kSafe * (std::fabs(e0.x) + std::fabs(e0.y) + std::fabs(e0.z)) *
-                         (std::fabs(e1.x) + std::fabs(e1.y) + std::fabs(e1.z)); // more than n can be off
-    return (std::fabs(n.x) > reach || std::fabs(n.y) > reach || std::fabs(n.z) > reach) && reach > kTiny && reach < kHuge;
-}
 
 // Is the angle at p, between a and b, clearly acute? To the bit what is found from the other side of the edge (a, b).
 bool is_clearly_acute(const Vec3& a, const Vec3& b, const Vec3& p) {
@@ -140,7 +132,7 @@ private:
         const int32_t* const verts = view_.corner_vert + 3 * static_cast<int64_t>(f);
         if (verts[0] < 0) return;
         const Vec3 p[3] = {at(verts[0]), at(verts[1]), at(verts[2])};
-        if ((unclear & kUnclearArea) != 0 && !has_clear_area(p[1] - p[0], p[2] - p[1]) && zero_area(p[0], p[1], p[2])) {
+        if ((unclear & kUnclearArea) != 0 && zero_area(p[0], p[1], p[2])) {
             ++tally.zero_area_faces;
             if (tally.first_zero_face < 0) tally.first_zero_face = f;
             mark(f, kMarkNoArea);

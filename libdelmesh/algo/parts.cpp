@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "algo/loop.h"
+#include "base/box.h"
 
 namespace dm {
 namespace {
@@ -47,13 +48,9 @@ struct Cells {
     }
     void cut(Vec3* points, int64_t count, int node, int level) {
         if (level == levels || count == 0) return;
-        Vec3 low = points[0], high = points[0];
-        for (int64_t i = 1; i < count; ++i) {
-            const Vec3& x = points[i];
-            low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-            high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
-        }
-        const Vec3 size = high - low;
+        Box box;
+        for (int64_t i = 0; i < count; ++i) box.extend(points[i]);
+        const Vec3 size = box.hi - box.lo;
         const int k = size.x >= size.y ? (size.x >= size.z ? 0 : 2) : (size.y >= size.z ? 1 : 2);
         const auto less = [k](const Vec3& a, const Vec3& b) { return coordinate(a, k) < coordinate(b, k); };
         Vec3* const end = points + count;

@@ -145,20 +145,21 @@ bool Decimator::best_allowed(const Star& star, const Quadric& quadric, const Vec
         const Spoke& spoke = star.spokes[i];
         const Vec3 &a = spoke.at_ring, &b = star.after(i).at_ring;
         // The outer edge: the angle at the merged vertex and that on the far side are no more than 180 degrees.
-        const Vec3 along = b - a, m = 0.5 * (a + b);
-        const double l = length(along);
-        double reach = 0.5 * l; // on the boundary the angle is at most 90
-        if (spoke.beyond >= 0) {
-            const Vec3 u = a - spoke.at_beyond, v = b - spoke.at_beyond;
-            const double sine = length(cross(u, v)), cosine = dot(u, v), size = std::sqrt(sine * sine + cosine * cosine);
-            if (!(size + cosine > 0)) return false;
-            reach *= sine / (size + cosine); // tan of half the angle
-        } else if (!rules.boundary_rule)
-            reach = 0;
-        const Vec3 in = middle - m;
-        add(in - (dot(in, along) / (l * l)) * along, m, reach);
+        if (!spoke.link_frozen && (spoke.beyond >= 0 || rules.boundary_rule)) {
+            const Vec3 along = b - a, m = 0.5 * (a + b);
+            const double l = length(along);
+            double reach = 0.5 * l; // on the boundary the angle is at most 90
+            if (spoke.beyond >= 0) {
+                const Vec3 u = a - spoke.at_beyond, v = b - spoke.at_beyond;
+                const double sine = length(cross(u, v)), cosine = dot(u, v), size = std::sqrt(sine * sine + cosine * cosine);
+                if (!(size + cosine > 0)) return false;
+                reach *= sine / (size + cosine); // tan of half the angle
+            }
+            const Vec3 in = middle - m;
+            add(in - (dot(in, along) / (l * l)) * along, m, reach);
+        }
         // The spoke to a, between its neighbours: outside of the circle's far arc.
-        const int before = i > 0 ? i - 1 : star.open ? -1 : star.count - 1;
+        const int before = star.before(i);
         if (before < 0) continue;
         const Vec3& o = star.spokes[before].at_ring;
         const Vec3 oa = o - a, ba = b - a, normal = cross(oa, ba);

@@ -13,8 +13,10 @@
 #include <cmath>
 
 #include "algo/parallel_slices.h"
+#include "geom/angle.h"
 #include "geom/bvh.h"
 #include "geom/closest_point.h"
+#include "geom/low_discrepancy.h"
 #include "geom/predicates.h"
 
 namespace dm {
@@ -49,53 +51,6 @@ struct Spot { // a point of the level
     double weight;
     int32_t near; // triangle of the input
 };
-
-struct Closest {
-    double weight[3]; // of the corners
-    Vec3 residual;    // from there to the point
-    bool inside;
-};
-
-Closest closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 ab = b - a, ac = c - a, ap = p - a, n = cross(ab, ac);
-    const double nn = dot(n, n), wb = dot(n, cross(ap, ac)), wc = dot(n, cross(ab, ap)), wa = nn - wb - wc;
-    if (wa >= 0 && wb >= 0 && wc >= 0 && nn > 0) {
-        const double sb = wb / nn, sc = wc / nn;
-        return {{1 - sb - sc, sb, sc}, ap - (sb * ab + sc * ac), wa > 0 && wb > 0 && wc > 0};
-    }
-    const bool flat = !(nn > 0);
-    double least = HUGE_VAL;
-    Closest best{{1, 0, 0}, ap, false};
-    const auto look = [&](const Vec3& from, const Vec3& to, int i, int j) {
-        const Vec3 way = to - from, off = p - from;
-        const double along = dot(off, way), whole = dot(way, way);
-        const double t = !(along > 0) ? 0 : along < whole ? along / whole : 1;
-        const Vec3 residual = off - t * way;
-        if (!(length_squared(residual) < least)) return;
-        least = length_squared(residual);
-        best = {{0, 0, 0}, residual, false};
-        best.weight[i] = 1 - t;
-        best.weight[j] = t;
-    };
-    if (wc < 0 || flat) look(a, b, 0, 1);
-    if (wb < 0 || flat) look(a, c, 0, 2);
-    if (wa < 0 || flat) look(b, c, 1, 2);
-    return best;
-}
-
-// Number `index` of the triangular van der Corput sequence (Basu and Owen 2015), as in algo/measure; 0 is the centroid.
-Vec3 spread_point(const Bvh::Triangle& t, uint64_t index) {
-    double weight[4] = {0, 0, 0, 0}; // of nobody, and of the corners
-    double size = 1;
-    for (; index != 0; index >>= 2) {
-        const unsigned digit = index & 3;
-        size *= digit == 0 ? -0.5 : 0.5;
-        if (digit != 0) weight[digit] += size;
-    }
-    const double third = (1 - (weight[1] + weight[2] + weight[3])) / 3;
-    const double b = third + weight[2], c = third + weight[3];
-    return t.corner[0] + (b * (t.corner[1] - t.corner[0]) + c * (t.corner[2] - t.corner[0]));
-}
 
 Vec3 normal(const Bvh::Triangle& t) {
     return cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
@@ -277,7 +232,7 @@ Status Relaxation::make_samples() {
         const int64_t inside = count_in(share);
         const float weight = static_cast<float>(0.75 * share / static_cast<double>(inside));
         for (int64_t i = 0; i < inside; ++i)
-            samples.push_back({spread_point(triangle, static_cast<uint64_t>(i)), 0, 0, weight, -1, -1});
+            samples.push_back({low_discrepancy_point(triangle.corner, static_cast<uint64_t>(i)), 0, 0, weight, -1, -1});
     }
     return DELMESH_OK;
 }
@@ -492,16 +447,13 @@ bool Relaxation::slide(const Star& star, int32_t v, const Equations& equations, 
 
 // May v be at x? The exact tests see the positions as rounded.
 bool Relaxation::is_allowed(const Star& star, int32_t v, const Vec3& x) const {
-    const double least = rules.fold_cosine * rules.fold_cosine;
     const Vec3& old = pos[v];
     Vec3 now[kMostSpokes], was[kMostSpokes];
     for (int i = 0; i < star.count; ++i) {
         const Vec3 &a = pos[star.spokes[i].ring], &b = pos[star.after(i).ring];
         now[i] = cross(a - x, b - x);
         was[i] = cross(a - old, b - old);
-        const double size = length_squared(now[i]), turn = dot(now[i], was[i]);
-        if (!(turn > 0 && turn * turn > least * size * length_squared(was[i]))) return false;
-        if (!(size > 1e-20 * length_squared(a - x) * length_squared(b - x)) && zero_area(x, a, b)) return false;
+        if (!turns_less(now[i], was[i], rules.fold_cosine) || zero_area(x, a, b)) return false;
     }
     // Many small turns must not fold either: no edge becomes sharper than the limit, or than it is.
     const auto folds = [&](const Vec3& m, const Vec3& n, const Vec3& m_was, const Vec3& n_was) {
@@ -586,7 +538,7 @@ void Relaxation::move(int32_t v) {
         for (int32_t k = head[face_of(star.spokes[i].corner)]; k >= 0; k = samples[k].next) {
             const Sample& sample = samples[k];
             before += sample_cost(sample, sample.distance2);
-            const Closest c = closest_on_triangle(sample.at, o, a, b);
+            const ClosestPoint c = closest_on_triangle(sample.at, o, a, b);
             equations.add(slope(sample.weight, far_sample, sample.distance2), c.weight[0], c.residual,
                           c.inside ? n : Vec3{0, 0, 0});
         }
@@ -596,7 +548,7 @@ void Relaxation::move(int32_t v) {
         const Spot& spot = spots[follower.spot];
         before += spot_cost(spot, spot.distance2);
         const Bvh::Triangle& t = in_bvh.triangle(spot.near);
-        const Closest c = closest_on_triangle(follower.share * o + follower.rest, t.corner[0], t.corner[1], t.corner[2]);
+        const ClosestPoint c = closest_on_triangle(follower.share * o + follower.rest, t.corner[0], t.corner[1], t.corner[2]);
         equations.add(slope(spot.weight, far_spot, spot.distance2), follower.share, -c.residual,
                       c.inside ? normal(t) : Vec3{0, 0, 0});
     }

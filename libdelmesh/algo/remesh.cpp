@@ -14,6 +14,7 @@
 #include "algo/hand_out.h"
 #include "algo/parallel_slices.h"
 #include "algo/repair.h"
+#include "base/box.h"
 #include "base/stopwatch.h"
 #include "geom/angle.h"
 #include "geom/predicates.h"
@@ -30,23 +31,12 @@ constexpr double kSplitRounding = 0.87; // units in the last place a rounded poi
 
 // Of the vertices that faces use.
 struct Extent {
-    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    Vec3 low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
+    Box box;
     int32_t first_not_finite = -1;
 
     void add(const Extent& o) {
-        low = {std::min(low.x, o.low.x), std::min(low.y, o.low.y), std::min(low.z, o.low.z)};
-        high = {std::max(high.x, o.high.x), std::max(high.y, o.high.y), std::max(high.z, o.high.z)};
+        box.extend(o.box);
         if (first_not_finite < 0) first_not_finite = o.first_not_finite;
-    }
-    double largest_coordinate() const {
-        return std::max(
-            {std::fabs(low.x), std::fabs(low.y), std::fabs(low.z), std::fabs(high.x), std::fabs(high.y), std::fabs(high.z)});
-    }
-    double diagonal() const {
-        const Vec3 d = high - low;
-        const double size = std::max({d.x, d.y, d.z});
-        return size > 0 ? size * length((1 / size) * d) : 0; // float32 models can be too small for squares
     }
 };
 
@@ -58,7 +48,8 @@ Status find_extent(Context& context, const Surface& s, Extent& out) {
         for (int32_t v = static_cast<int32_t>(begin); v < end; ++v) {
             if (s.vert_corner[v] < 0) continue;
             const Vec3& x = s.at(v);
-            extent.add({x, x, is_finite(x) ? -1 : v});
+            extent.box.extend(x);
+            if (extent.first_not_finite < 0 && !is_finite(x)) extent.first_not_finite = v;
         }
         blocks[block] = extent;
     }));
@@ -235,13 +226,13 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     DM_TRY(look_and_repair(context, options, surface, extent, marks, report));
     // Far from 1, float64 lengths lose the range that their products need. Input vertices are handed out as they were given, and
     // the certificate looks at those.
-    double largest = whole != nullptr ? whole->largest : extent.largest_coordinate();
+    double largest = whole != nullptr ? whole->largest : extent.box.largest_coordinate();
     const double scale = precision == Precision::f64 ? range_scale(largest) : 1;
     if (scale != 1) {
         for (Vec3& x : surface.pos) x = scale * x;
         largest *= scale;
-        extent.low = scale * extent.low;
-        extent.high = scale * extent.high;
+        extent.box.lo = scale * extent.box.lo;
+        extent.box.hi = scale * extent.box.hi;
         marks.clear();
     }
     DelaunayRules rules;
@@ -249,7 +240,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     rules.boundary_rule = options.boundary == DELMESH_BOUNDARY_NONOBTUSE;
     rules.nld_marks = marks.empty() ? nullptr : marks.data();
     rules.shells = options.placement == DELMESH_PLACEMENT_SHELLS;
-    const double size = whole != nullptr ? scale * whole->diagonal : extent.diagonal();
+    const double size = whole != nullptr ? scale * whole->diagonal : extent.box.diagonal();
     rules.shell_unit = options.shell_unit > 0 ? scale * options.shell_unit : size / 1024;
     rules.min_turn_cosine =
         options.max_normal_turn >= 0 && options.max_normal_turn < 180 ? cosine_of_degrees(options.max_normal_turn) : -2;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is around an edge, gathered once, so that places for the merged vertex can be tried without touching the surface.
 #include "algo/decimator.h"
+#include "geom/angle.h"
 #include "geom/predicates.h"
 
 namespace dm {
@@ -17,12 +18,10 @@ bool Decimator::gather(int32_t c, Star& star) const {
         star.spokes[star.count++].corner = k;
         return true;
     };
-    // From the corner after `k` counter-clockwise up to `end`; false if there are too many, at_boundary if it comes first.
-    const auto add_from = [&](int32_t k, int32_t end, bool& at_boundary) {
-        for (k = s.rotate(k); k != end; k = s.rotate(k)) {
-            if (k < 0) return at_boundary = true;
+    // From the corner after `k` counter-clockwise up to `end`, or the boundary; false if there are too many.
+    const auto add_from = [&](int32_t k, int32_t end) {
+        for (k = s.rotate(k); k != end && k >= 0; k = s.rotate(k))
             if (!add(k)) return false;
-        }
         return true;
     };
     // The corners before `end` back to the boundary.
@@ -36,10 +35,9 @@ bool Decimator::gather(int32_t c, Star& star) const {
         return true;
     };
     const int32_t at_q = next_corner(c); // q -> u
-    bool boundary = false;
     if (t < 0) {
         if (!add_before(at_q)) return false;
-        if (!add_from(c, c, boundary)) return false;
+        if (!add_from(c, c)) return false;
     } else {
         const int32_t p = s.vert(c), q = s.head(c);
         const bool q_open = s.on_boundary(q), p_open = s.on_boundary(p);
@@ -47,16 +45,16 @@ bool Decimator::gather(int32_t c, Star& star) const {
         star.open = q_open || p_open;
         if (q_open) {
             if (!add_before(at_q)) return false;
-            if (!add_from(c, next_corner(t), boundary)) return false;
-            if (!add_from(t, at_q, boundary)) return false;
+            if (!add_from(c, next_corner(t))) return false;
+            if (!add_from(t, at_q)) return false;
         } else if (p_open) {
             // p's faces behind t's, q's, p's up to the boundary
             if (!add_before(next_corner(t))) return false;
-            if (!add_from(t, at_q, boundary)) return false;
-            if (!add_from(c, next_corner(t), boundary)) return false;
+            if (!add_from(t, at_q)) return false;
+            if (!add_from(c, next_corner(t))) return false;
         } else {
-            if (!add_from(t, at_q, boundary)) return false;
-            if (!add_from(c, next_corner(t), boundary)) return false;
+            if (!add_from(t, at_q)) return false;
+            if (!add_from(c, next_corner(t))) return false;
         }
     }
     if (star.count < (star.open ? 1 : 3)) return false;
@@ -98,7 +96,7 @@ bool Decimator::gather(int32_t c, Star& star) const {
         Spoke& spoke = star.spokes[i];
         const Vec3& x = s.at(s.vert(spoke.corner));
         // Where both edges of a vanishing face were the same spoke, either may be kept.
-        const int before = i > 0 ? i - 1 : star.open ? -1 : star.count - 1;
+        const int before = star.before(i);
         if (before >= 0) {
             const int32_t k = prev_corner(star.spokes[before].corner);
             spoke.kept |= s.is_kept(k);
@@ -117,10 +115,8 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
         const Spoke& next = star.after(i);
         const Vec3 to_next = next.at_ring - w;
         const Vec3 normal = cross(to_ring, to_next);
-        if (!turns_little(normal, spoke.normal)) return trial;
-        if (!(length_squared(normal) > 1e-20 * length_squared(to_ring) * length_squared(to_next)) &&
-            zero_area(w, spoke.at_ring, next.at_ring))
-            return trial;
+        if (!turns_less(normal, spoke.normal, rules.fold_cosine)) return trial;
+        if (zero_area(w, spoke.at_ring, next.at_ring)) return trial;
         to_ring = to_next;
     }
     for (int i = 0; i < star.count; ++i) {
@@ -137,7 +133,7 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
         } else if (rules.boundary_rule && !spoke.link_frozen && boundary_edge_is_nld(a, b, w))
             return trial;
         // The spoke.
-        const int before = i > 0 ? i - 1 : star.open ? -1 : star.count - 1;
+        const int before = star.before(i);
         if (spoke.frozen) continue;
         if (before < 0) {
             if (rules.boundary_rule && boundary_edge_is_nld(w, a, b)) return trial;

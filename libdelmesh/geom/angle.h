@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Angles of options.
+// Angles of options, and between normals.
 #pragma once
+
+#include "base/vec.h"
 
 namespace dm {
 
@@ -15,6 +17,14 @@ inline double cosine_of_degrees(double degrees) {
         sum += term;
     }
     return obtuse ? -sum : sum;
+}
+
+// Is the angle between the two vectors, of any length, less than that with this cosine (>= 0)? A vector of length 0
+// has no angle: false.
+inline bool turns_less(const Vec3& m, const Vec3& n, double cosine) {
+    const double turn = dot(m, n), sizes = length_squared(m) * length_squared(n);
+    if (sizes > 1e-250 && sizes < 1e250) return turn > 0 && turn * turn > cosine * cosine * sizes;
+    return turn > 0 && turn > cosine * length(m) * length(n); // where their product leaves the range
 }
 
 } // namespace dm

@@ -4,24 +4,11 @@
 // on the thread's.
 #pragma once
 
+#include "base/box.h"
 #include "base/context.h"
 #include "mesh/mesh.h"
 
 namespace dm {
-
-struct Box {
-    Vec3 lo{HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-
-    void extend(const Vec3& p) {
-        lo = {p.x < lo.x ? p.x : lo.x, p.y < lo.y ? p.y : lo.y, p.z < lo.z ? p.z : lo.z};
-        hi = {p.x > hi.x ? p.x : hi.x, p.y > hi.y ? p.y : hi.y, p.z > hi.z ? p.z : hi.z};
-    }
-    void extend(const Box& o) {
-        extend(o.lo);
-        extend(o.hi);
-    }
-    bool empty() const { return !(lo.x <= hi.x); }
-};
 
 // The box of the vertices that faces use.
 Box used_box(const Mesh& mesh);

@@ -42,4 +42,38 @@ inline double triangle_distance_squared(const Vec3& p, const Vec3& a, const Vec3
     return best;
 }
 
+struct ClosestPoint {
+    double weight[3]; // of the corners; they sum to 1
+    Vec3 residual;    // from there to the point that was asked about
+    bool inside;      // not on an edge
+};
+
+// The same point as triangle_distance_squared's, and where in the triangle it is.
+inline ClosestPoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 ab = b - a, ac = c - a, ap = p - a, n = cross(ab, ac);
+    const double nn = dot(n, n), wb = dot(n, cross(ap, ac)), wc = dot(n, cross(ab, ap)), wa = nn - wb - wc;
+    if (wa >= 0 && wb >= 0 && wc >= 0 && nn > 0) {
+        const double sb = wb / nn, sc = wc / nn;
+        return {{1 - sb - sc, sb, sc}, ap - (sb * ab + sc * ac), wa > 0 && wb > 0 && wc > 0};
+    }
+    const bool flat = !(nn > 0);
+    double least = HUGE_VAL;
+    ClosestPoint best{{1, 0, 0}, ap, false};
+    const auto look = [&](const Vec3& from, const Vec3& to, int i, int j) {
+        const Vec3 way = to - from, off = p - from;
+        const double along = dot(off, way), whole = dot(way, way);
+        const double t = !(along > 0) ? 0 : along < whole ? along / whole : 1;
+        const Vec3 residual = off - t * way;
+        if (!(length_squared(residual) < least)) return;
+        least = length_squared(residual);
+        best = {{0, 0, 0}, residual, false};
+        best.weight[i] = 1 - t;
+        best.weight[j] = t;
+    };
+    if (wc < 0 || flat) look(a, b, 0, 1);
+    if (wb < 0 || flat) look(a, c, 0, 2);
+    if (wa < 0 || flat) look(b, c, 1, 2);
+    return best;
+}
+
 } // namespace dm

@@ -15,6 +15,7 @@ namespace dm {
 
 namespace {
 
+using detail::cross_size;
 using exact::Int128;
 using exact::Integer;
 using exact::sign;
@@ -159,19 +160,10 @@ Side side(const Vec3& u, const Vec3& v) {
 constexpr double kNldError = 0x1p-47;
 constexpr double kSmallestSize = 0x1p-450, kLargestSize = 0x1p450;
 
-// A component of u x v, relative to cross_size.
-constexpr double kCrossError = 0x1p-50, kCrossUnderflow = 0x1p-1022;
-
 // Products of three and four differences, relative to dot_size of their cross_size; what underflows adds less than kUnderflow if
 // no difference exceeds kLargestDifference (the range of float32).
 constexpr double kVolumeError = 0x1p-49, kNormalsError = 0x1p-48;
 constexpr double kUnderflow = 0x1p-800, kLargestDifference = 0x1p130;
-
-// The components of u x v with + in the place of -, all terms positive: what its rounding errors are relative to.
-Vec3 cross_size(const Vec3& u, const Vec3& v) {
-    return {std::fabs(u.y * v.z) + std::fabs(u.z * v.y), std::fabs(u.z * v.x) + std::fabs(u.x * v.z),
-            std::fabs(u.x * v.y) + std::fabs(u.y * v.x)};
-}
 
 double dot_size(const Vec3& u, const Vec3& v) {
     return std::fabs(u.x * v.x) + std::fabs(u.y * v.y) + std::fabs(u.z * v.z);
@@ -196,12 +188,7 @@ bool detail::boundary_edge_is_nld_unsure(const Vec3& a, const Vec3& b, const Vec
     return evaluate({a, b, p}, {{0, 2}, {1, 2}}, [](const auto& d) { return sign(dot(d[0], d[1])) < 0; });
 }
 
-bool zero_area(const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 u = b - a, v = c - a, n = cross(u, v), size = cross_size(u, v);
-    if (std::fabs(n.x) - kCrossError * size.x > kCrossUnderflow || std::fabs(n.y) - kCrossError * size.y > kCrossUnderflow ||
-        std::fabs(n.z) - kCrossError * size.z > kCrossUnderflow) {
-        return false;
-    }
+bool detail::zero_area_unsure(const Vec3& a, const Vec3& b, const Vec3& c) {
     return evaluate({a, b, c}, {{1, 0}, {2, 0}}, [](const auto& d) {
         const auto m = cross(d[0], d[1]);
         return sign(m.x) == 0 && sign(m.y) == 0 && sign(m.z) == 0;

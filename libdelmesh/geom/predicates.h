@@ -23,9 +23,19 @@ inline bool surely_acute(const Vec3& u, const Vec3& v) {
     return x + y + z - kDotError * (std::fabs(x) + std::fabs(y) + std::fabs(z)) > kDotUnderflow;
 }
 
+// A component of u x v is off by less than kCrossError * (sum of its terms' magnitudes) + kCrossUnderflow.
+constexpr double kCrossError = 0x1p-50, kCrossUnderflow = 0x1p-1022;
+
+// The components of u x v with + in the place of -, all terms positive: what its rounding errors are relative to.
+inline Vec3 cross_size(const Vec3& u, const Vec3& v) {
+    return {std::fabs(u.y * v.z) + std::fabs(u.z * v.y), std::fabs(u.z * v.x) + std::fabs(u.x * v.z),
+            std::fabs(u.x * v.y) + std::fabs(u.y * v.x)};
+}
+
 // exact_calls: null, or incremented when the filter could not tell.
 bool edge_is_nld_unsure(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, int64_t* exact_calls);
 bool boundary_edge_is_nld_unsure(const Vec3& a, const Vec3& b, const Vec3& p, int64_t* exact_calls);
+bool zero_area_unsure(const Vec3& a, const Vec3& b, const Vec3& c);
 
 } // namespace detail
 
@@ -53,7 +63,12 @@ inline bool boundary_edge_is_nld(const Vec3& a, const Vec3& b, const Vec3& p, in
 }
 
 // Do a, b, c lie on a line (or coincide)?
-bool zero_area(const Vec3& a, const Vec3& b, const Vec3& c);
+inline bool zero_area(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 u = b - a, v = c - a, n = cross(u, v), size = detail::cross_size(u, v);
+    const auto surely_not_0 = [](double x, double s) { return std::fabs(x) - detail::kCrossError * s > detail::kCrossUnderflow; };
+    if (surely_not_0(n.x, size.x) || surely_not_0(n.y, size.y) || surely_not_0(n.z, size.z)) return false;
+    return detail::zero_area_unsure(a, b, c);
+}
 
 // Sign of the volume of (a, b, c, d): +1 when d lies on the side of the plane to which the counter-clockwise normal of (a, b, c)
 // points, -1 on the other side, 0 exactly when the four are coplanar.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/box.h"
+
 namespace dm {
 namespace {
 
@@ -37,14 +39,12 @@ void radix_sort(const Array<uint32_t>& codes, Array<int32_t>& verts) {
 Status sort_in_space(Context& context, const Mesh& in, SpatialOrder& order, Mesh& out) {
     Memory& memory = context.memory();
     const int32_t verts = in.vertices(), faces = in.faces();
-    Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = -low;
+    Box box;
     for (int32_t v = 0; v < verts; ++v) {
         const Vec3 x = in.position(v);
-        if (!is_finite(x)) continue; // used by no face
-        low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-        high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+        if (is_finite(x)) box.extend(x); // else used by no face
     }
-    const double size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+    const double size = box.longest_side();
     const double cells = size > 0 && std::isfinite(size) ? ((1 << kBits) - 1) / size : 0;
     Array<uint32_t> codes(memory, verts);
     constexpr int64_t kGrain = 1 << 14;
@@ -52,7 +52,7 @@ Status sort_in_space(Context& context, const Mesh& in, SpatialOrder& order, Mesh
         for (int32_t v = static_cast<int32_t>(begin); v < end; ++v) {
             const Vec3 x = in.position(v);
             const auto cell = [&](double a, double b) { return spread(static_cast<uint32_t>((a - b) * cells)); };
-            codes[v] = is_finite(x) ? cell(x.x, low.x) | cell(x.y, low.y) << 1 | cell(x.z, low.z) << 2 : 0;
+            codes[v] = is_finite(x) ? cell(x.x, box.lo.x) | cell(x.y, box.lo.y) << 1 | cell(x.z, box.lo.z) << 2 : 0;
         }
     }));
     order.old_vert.resize_uninitialized(verts);
