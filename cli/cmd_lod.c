@@ -473,12 +473,7 @@ static int run(Lod* l, int count, char** arguments) {
          run_measure(l) && run_write(l);
     if (started && (s->json || l->report_path)) {
         json_report(l, &json, ok);
-        /* An error's report is worth having, too; but no second error about it. */
-        Failure unreported = {NULL, ""};
-        if (l->report_path && !json_save(&json, l->report_path, ok ? &s->failure : &unreported) && ok) {
-            ok = false;
-            json_free(&json);
-        }
+        ok = session_report(s, &json, l->report_path, ok);
     }
     if (ok && !s->json && !s->quiet) {
         print_report(l);

@@ -264,12 +264,7 @@ int command_remesh(int count, char** arguments) {
          run_write(&r);
     if (started && (s->json || r.report_path)) {
         json_report(&r, &json, ok);
-        /* An error's report is worth having, too; but no second error about it. */
-        Failure unreported = {NULL, ""};
-        if (r.report_path && !json_save(&json, r.report_path, ok ? &s->failure : &unreported) && ok) {
-            ok = false;
-            json_free(&json);
-        }
+        ok = session_report(s, &json, r.report_path, ok);
     }
     if (ok && !s->json && !s->quiet) print_report(&r);
     delmesh_mesh_destroy(r.out);

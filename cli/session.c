@@ -138,6 +138,22 @@ static void json_failure(Json* json, const Failure* failure) {
     json_end_object(json);
 }
 
+static bool json_save(const Json* json, const char* path, Failure* failure) {
+    Output out;
+    if (json->out_of_memory) return fail_memory(failure);
+    if (!output_open(&out, path, failure)) return false;
+    return output_close(&out, output_write(&out, json->text, json->size));
+}
+
+bool session_report(Session* session, Json* json, const char* path, bool ok) {
+    if (!path) return ok;
+    Failure unreported = {NULL, ""}; /* an error's report is worth having, too; but no second error about it */
+    const bool saved = json_save(json, path, ok ? &session->failure : &unreported);
+    if (saved || !ok) return ok;
+    json_free(json);
+    return false;
+}
+
 int session_end(Session* session, Json* json, bool ok, int success) {
     Failure* failure = &session->failure;
     progress_clear(&session->progress);
@@ -158,13 +174,6 @@ int session_end(Session* session, Json* json, bool ok, int success) {
 }
 
 /* ---- What reports are made of */
-
-bool json_save(const Json* json, const char* path, Failure* failure) {
-    Output out;
-    if (json->out_of_memory) return fail_memory(failure);
-    if (!output_open(&out, path, failure)) return false;
-    return output_close(&out, output_write(&out, json->text, json->size));
-}
 
 typedef struct Count {
     const char* key;

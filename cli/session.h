@@ -60,6 +60,9 @@ bool session_export(Session* session, const delmesh_mesh* mesh, const char* path
 bool session_resolve(Session* session, const Loaded* loaded, const Length* length, double* diagonal, double* out);
 /* Turns a status of the library into success or the session's failure; `path` is what the call was about. */
 bool session_check(Session* session, int32_t status, const char* path);
+/* Saves the report of a command at `path` (NULL: nowhere). ok: has all gone well so far? Returns whether it still has; if not for
+ * the saving, `json` is emptied, so that the failure takes its place. */
+bool session_report(Session* session, Json* json, const char* path, bool ok);
 /* Frees the context, prints `json` (with --json), and the failure on standard error; returns the exit status: `success`, 2 after
  * a failure, 128 + signal after an interrupt. */
 int session_end(Session* session, Json* json, bool ok, int success);
@@ -67,8 +70,6 @@ int session_end(Session* session, Json* json, bool ok, int success);
 double seconds_now(void);
 
 /* ---- What reports are made of */
-
-bool json_save(const Json* json, const char* path, Failure* failure);
 
 /* {welded_vertices, degenerate_faces, ...}, open: more counts may follow before json_end_object. */
 void json_begin_repairs(Json* json, const Loaded* loaded);
