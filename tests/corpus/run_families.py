@@ -26,12 +26,8 @@ The last line is "N passed, N failed, N skipped".
 """
 import json
 import sys
-import tempfile
-import time
-from pathlib import Path
 
-from run_corpus import (DATA, ROOT, Check, Runner, compare_quality, conclude, is_usable, judge_nasty, manifest, parse_options,
-                        run_cases)
+from campaign import DATA, ROOT, Check, is_usable, manifest, run_campaign
 
 TABLE = ROOT / "bench" / "results" / "lod.csv"
 COLUMNS = ("mesh", "mode", "quality", "placement", "level", "vertices", "faces", "stopped_by", "min_angle", "max_angle",
@@ -134,7 +130,6 @@ def row_of(source, mode, quality, placement, name, level):
 
 def family_case(run, source, mode, quality=0, repeat=(1, 2)):
     check = Check(" ".join([source.name, mode, *([f"quality {quality}"] if quality else [])]))
-    check.notes = []
     stem = f"{source.name}.{mode}.{quality}"
     options, relaxed = ["--mode", mode, "--precision", "f32"], [f"--quality={quality}"]
     targets = ["--ratios", ",".join(map(str, RATIOS))]
@@ -169,7 +164,6 @@ def family_case(run, source, mode, quality=0, repeat=(1, 2)):
 def deviation_case(run, source, mode, percent):
     """As few vertices as stay within a part of the diagonal; collapses to end points alone for comparison."""
     check = Check(f"{source.name} {mode} deviation {percent} %")
-    check.notes = []
     status, info = run.json_of(run.delmesh, "info", source, "--json")
     if not check.equal(status, 0, f"delmesh info of the input {info}"):
         return check
@@ -205,7 +199,6 @@ def deviation_case(run, source, mode, percent):
 def figure_12_case(run, source):
     """The hand of the paper's Figure 12: the distance to the Delaunay remesh."""
     check = Check(f"{source.name} Figure 12")
-    check.notes = []
     stem = f"{source.name}.figure12"
     counts = ",".join(str(vertices) for vertices, _ in FIGURE_12[1])
     status, report, err = lod(run, source, run.folder / stem, "--vertices", counts, "--no-measure")
@@ -228,7 +221,6 @@ def figure_12_case(run, source):
 def gate_case(run, source):
     """Distances at 10 % of the vertices, with relaxation and without."""
     check = Check(f"{source.name} at 10 % of the vertices")
-    check.notes = []
     plain_rms, far, rms = AT_TEN_PERCENT[source.name]
     status, info = run.json_of(run.delmesh, "info", source, "--json")
     if not check.equal(status, 0, f"delmesh info of the input {info}"):
@@ -252,7 +244,6 @@ def gate_case(run, source):
 def nasty_case(run, source, row):
     """No signal, 20 s, 2 GB, a documented status; every level that is written is certified and has the topology of level 0."""
     check = Check(f"nasty/{source.name} lod")
-    check.notes = []
     stem = f"nasty.{source.name}"
     status, report, err = lod(run, source, run.folder / stem, "--ratios", ",".join(map(str, RATIOS)), "--no-measure", timeout=20,
                               limited=True)
@@ -317,38 +308,15 @@ def plan(run, options):
     return cases
 
 
-def main():
-    options = parse_options(__doc__.split("\n\n")[0])
-    if not (DATA / "MANIFEST.tsv").exists():
-        print(f"skipped: the shared data is not at {DATA}")
-        print("0 passed, 0 failed, 1 skipped")
-        return 77
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = options.keep.resolve() if options.keep else Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        run = Runner(options.build.resolve(), folder, not options.no_limits)
-        run.level_check = run.delmesh.parent.parent / "tests" / "corpus" / "level_check"
-        if not run.level_check.exists():
-            sys.exit(f"{run.level_check} is missing: build first")
-        cases = plan(run, options)
-        began = time.monotonic()
+HEAD = (f"{'mesh, mode':44} {'level':>9} {'placement':>9} {'verts':>7} {'faces':>7} {'angles':>13} {'distance%':>9} {'rms %':>9} "
+        f"{'stopped':>8}")
 
-        def print_rows(check):
-            for r in check.rows:
-                print(f"{check.name:44} {r['level']:>9} {r['placement']:>9} {r['vertices']:>7} {r['faces']:>7} "
-                      f"{float(r['min_angle']):6.1f} {float(r['max_angle']):6.1f} {r['hausdorff_percent']:>9} "
-                      f"{r['rms_percent']:>9} {r['stopped_by']:>8}", flush=True)
-            for note in getattr(check, "notes", ()):
-                print(f"{check.name:44} {note}", flush=True)
 
-        print(f"{'mesh, mode':44} {'level':>9} {'placement':>9} {'verts':>7} {'faces':>7} {'angles':>13} {'distance%':>9} "
-              f"{'rms %':>9} {'stopped':>8}")
-        checks = run_cases(cases, options.jobs, print_rows)
-    checks += judge_nasty(checks)
-    if not options.smoke and not options.only:
-        checks.append(compare_quality(checks, options, TABLE, COLUMNS, KEYS))
-    return conclude(checks, len(cases), began)
+def line_of(name, row):
+    return (f"{name:44} {row['level']:>9} {row['placement']:>9} {row['vertices']:>7} {row['faces']:>7} "
+            f"{float(row['min_angle']):6.1f} {float(row['max_angle']):6.1f} {row['hausdorff_percent']:>9} "
+            f"{row['rms_percent']:>9} {row['stopped_by']:>8}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_campaign(__doc__.split("\n\n")[0], plan, HEAD, line_of, TABLE, COLUMNS, KEYS))
