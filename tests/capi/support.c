@@ -173,6 +173,18 @@ delmesh_mesh* shape_mesh(delmesh_context* context, const Shape* shape) {
     return mesh;
 }
 
+int32_t create_quad_cube(delmesh_context* context, delmesh_mesh** out) {
+    static const float corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    static const uint32_t verts[24] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
+    static const uint8_t sizes[6] = {4, 4, 4, 4, 4, 4};
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = (delmesh_view){corners, 8, 0, DELMESH_FLOAT32, 3};
+    desc.corner_verts = (delmesh_view){verts, 24, 0, DELMESH_UINT32, 1};
+    desc.face_sizes = (delmesh_view){sizes, 6, 0, DELMESH_UINT8, 1};
+    return delmesh_mesh_create(context, &desc, out);
+}
+
 void* exactly(size_t bytes) { return malloc(bytes); }
 
 delmesh_mesh_info info_of(const delmesh_mesh* mesh) {
@@ -257,18 +269,6 @@ static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld
     static const int32_t spine[2] = {0, 1};
     desc.marked_edges = (delmesh_view){spine, 1, 0, DELMESH_INT32, 2};
     desc.weld = weld;
-    return delmesh_mesh_create(context, &desc, out);
-}
-
-static int32_t create_polygons(delmesh_context* context, delmesh_mesh** out) {
-    static const float corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-    static const uint32_t verts[24] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
-    static const uint8_t sizes[6] = {4, 4, 4, 4, 4, 4};
-    delmesh_mesh_desc desc;
-    delmesh_mesh_desc_init(&desc, sizeof desc);
-    desc.positions = (delmesh_view){corners, 8, 0, DELMESH_FLOAT32, 3};
-    desc.corner_verts = (delmesh_view){verts, 24, 0, DELMESH_UINT32, 1};
-    desc.face_sizes = (delmesh_view){sizes, 6, 0, DELMESH_UINT8, 1};
     return delmesh_mesh_create(context, &desc, out);
 }
 
@@ -362,7 +362,7 @@ int32_t run_operation(int operation, delmesh_context* context, const Fixture* fi
     switch (operation) {
     case 0: return create(context, &fixture->sheet, DELMESH_WELD_NONE, out);
     case 1: return create(context, &fixture->book, DELMESH_WELD_EXACT, out);
-    case 2: return create_polygons(context, out);
+    case 2: return create_quad_cube(context, out);
     case 3: return remesh(context, fixture->sheet_mesh, DELMESH_MODE_PRESERVE, out);
     case 4: return remesh(context, fixture->sheet_mesh, DELMESH_MODE_FLIP, out);
     case 5: return remesh(context, fixture->book_mesh, DELMESH_MODE_FEATURE, out);

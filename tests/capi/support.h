@@ -53,6 +53,8 @@ void assert_nothing_left(const Host* host);
 
 delmesh_mesh_desc shape_desc(const Shape* shape);
 delmesh_mesh* shape_mesh(delmesh_context* context, const Shape* shape);
+/* 8 vertices, 6 faces of 4 corners; float32, uint32 and uint8. */
+int32_t create_quad_cube(delmesh_context* context, delmesh_mesh** out);
 
 /* Every array of a mesh and its counts, one after the other: equal bytes, equal meshes. */
 typedef struct {

@@ -33,20 +33,6 @@ static delmesh_target target(int32_t kind, double value) {
 }
 
 /* The faces of a unit cube as six quads: 8 vertices, 6 polygons, 12 triangles. */
-static delmesh_mesh* quad_cube(void) {
-    static const float points[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-    static const uint32_t verts[24] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
-    static const uint8_t sizes[6] = {4, 4, 4, 4, 4, 4};
-    delmesh_mesh_desc desc;
-    delmesh_mesh_desc_init(&desc, sizeof desc);
-    desc.positions = (delmesh_view){points, 8, 0, DELMESH_FLOAT32, 3};
-    desc.corner_verts = (delmesh_view){verts, 24, 0, DELMESH_UINT32, 1};
-    desc.face_sizes = (delmesh_view){sizes, 6, 0, DELMESH_UINT8, 1};
-    delmesh_mesh* mesh = NULL;
-    assert_status(delmesh_mesh_create(context, &desc, &mesh), context, DELMESH_OK);
-    return mesh;
-}
-
 static delmesh_mesh* torus(int32_t around, int32_t across) {
     Shape shape = torus_shape(around, across);
     delmesh_mesh* mesh = shape_mesh(context, &shape);
@@ -226,7 +212,8 @@ static void bad_targets(void** state) {
 
 static void bad_views(void** state) {
     (void)state;
-    delmesh_mesh* in = quad_cube();
+    delmesh_mesh* in = NULL;
+    assert_status(create_quad_cube(context, &in), context, DELMESH_OK);
     const delmesh_target full = target(DELMESH_TARGET_FULL, 0);
     double weights[12];
     int32_t flags[12] = {0};
