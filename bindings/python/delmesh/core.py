@@ -335,7 +335,8 @@ class Mesh:
 
     @property
     def vert_parent(self):
-        """(v,) of a level of lod_family: the vertex of the next coarser level that this one went into; else itself."""
+        """(v,) of a level of lod_family: the vertex of the next coarser level that this one went into, -1 if its component was
+        pruned; of the coarsest level and of other meshes: itself."""
         return self._borrow("vert_parent")
 
     @property
