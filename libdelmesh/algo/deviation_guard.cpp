@@ -223,17 +223,6 @@ DeviationGuard::DeviationGuard(Context& context, const Surface& surface)
       changed_(context.memory()), inputs_(context.memory()), met_(context.memory()), new_links_(context.memory()),
       candidates_(context.memory()) {}
 
-void DeviationGuard::set_limit(double limit) {
-    limit_ = limit;
-    const double e = std::fmin(limit * frame_.scale, kLargestLimit);
-    near_ = e - kMargin * (2 + e);
-    near_squared_ = near_ * near_;
-}
-
-void DeviationGuard::raise(double limit) {
-    if (limit > limit_) set_limit(limit);
-}
-
 DeviationGuard::Corners DeviationGuard::corners_of(int32_t face) const {
     return {{frame_(s_.at(s_.vert(3 * face))), frame_(s_.at(s_.vert(3 * face + 1))), frame_(s_.at(s_.vert(3 * face + 2)))}};
 }
@@ -262,7 +251,6 @@ bool DeviationGuard::is_beyond(const Vec3& place, int32_t near) const {
 template <class Side>
 DeviationGuard::Cover DeviationGuard::flood(const Side& side, const Prism& prism, int32_t seed, Vec3& where) {
     Array<uint32_t>& stamps = side.stamps();
-    ++counts.floods;
     ++stamp_;
     met_.clear();
     met_.push_back(seed);
@@ -324,7 +312,6 @@ bool DeviationGuard::cover_by_pieces(const Corners& triangle, const Bvh& to, int
     for (int64_t pieces = 0; top > 0; ++pieces) {
         if (pieces == most) return false;
         const Corners piece = stack[--top];
-        ++counts.pieces;
         const Vec3 centre = centre_of(piece);
         const Bvh::Hit hit = to.closest(centre, near);
         near = hit.triangle;
@@ -424,7 +411,6 @@ bool DeviationGuard::prove_input_face(int32_t input) {
     Mask used{0, 0};
     for (int pieces = 0; top > 0; ++pieces) {
         if (pieces == kPiecesPerInputFace) return false;
-        ++counts.pieces;
         const Piece piece = stack[--top];
         const Mask shared = piece.masks[0] & piece.masks[1] & piece.masks[2];
         if (!shared.empty()) {
@@ -538,36 +524,23 @@ bool DeviationGuard::accept(const Array<int32_t>& changed_faces) {
             inputs_.push_back(input);
         }
     }
-    if (!room) {
-        ++counts.refused_forward;
-        return false;
-    }
+    if (!room) return false;
     const int32_t fresh = static_cast<int32_t>(candidates_.size());
     add_ring(fresh);
     mask_stamp_ = ++stamp_;
     // Most refusals show at a vertex.
     for (const int32_t input : inputs_)
         for (int32_t k = 0; k < 3; ++k)
-            if (mask_of_vertex(in_->corner_vert[3 * static_cast<int64_t>(input) + k]).empty()) {
-                ++counts.refused_forward;
-                return false;
-            }
+            if (mask_of_vertex(in_->corner_vert[3 * static_cast<int64_t>(input) + k]).empty()) return false;
     for (const int32_t input : inputs_)
-        if (context_.cancel_requested() || !prove_input_face(input)) {
-            ++counts.refused_forward;
-            return false;
-        }
+        if (context_.cancel_requested() || !prove_input_face(input)) return false;
     fresh_hint_ = changed_.empty() ? 0 : hints_[changed_[0]];
     for (int32_t i = 0; i < fresh; ++i)
-        if (context_.cancel_requested() || !prove_surface_face(candidates_[i].face, kPiecesPerFace)) {
-            ++counts.refused_backward;
-            return false;
-        }
+        if (context_.cancel_requested() || !prove_surface_face(candidates_[i].face, kPiecesPerFace)) return false;
     for (const int32_t face : changed_) drop_links(face);
     for (const int32_t input : inputs_) ++versions_[input];
     for (const NewLink& link : new_links_) add_link(link);
     for (int32_t i = 0; i < fresh; ++i) hints_[candidates_[i].face] = fresh_hint_;
-    ++counts.accepted;
     return true;
 }
 
@@ -580,7 +553,6 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
     links_.clear();
     free_link_ = -1;
     stamp_ = mask_stamp_ = 0;
-    counts = {};
     const int32_t faces = s_.faces();
     if (in.faces() == 0 || s_.dead_faces == faces) {
         within_limit = in.faces() == 0 && s_.dead_faces == faces;
@@ -614,7 +586,9 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
     Box box = used_box(in);
     box.extend(used_box(copy));
     frame_ = Frame(box);
-    set_limit(limit);
+    const double e = std::fmin(limit * frame_.scale, kLargestLimit);
+    near_ = e - kMargin * (2 + e);
+    near_squared_ = near_ * near_;
     DM_TRY(bvh_.build(context_, in, frame_));
     Bvh surface_bvh(memory);
     DM_TRY(surface_bvh.build(context_, copy, frame_));

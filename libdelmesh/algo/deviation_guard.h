@@ -17,11 +17,9 @@ public:
     DeviationGuard(Context& context, const Surface& surface);
 
     // Associates the surface as it is with the input, which has to stay; its coordinates may have another precision. limit: in model
-    // units. within: is that proven to hold now? If not, nothing else may be called but begin.
+    // units. within: is that proven to hold now? If not, nothing else may be called but begin, which starts anew.
     // Progress goes from 0 to 1 of the stage.
     Status begin(const Mesh& in, double limit, bool& within);
-    // For the next, coarser level. What was proven stays proven.
-    void raise(double limit);
     // The surface has changed: these faces (in any order, may repeat, may be dead now) changed or went away. Are the surfaces still
     // proven to be within the limit of each other? If so the books are brought up to date; if not, they are left as they were,
     // and the caller undoes the change. May allocate. The work is about that of visiting the faces of the input that are close to
@@ -29,13 +27,6 @@ public:
     bool accept(const Array<int32_t>& changed_faces);
     // No vertex at `place` can be part of a surface within the limit. A cheap look ahead. near: a live face that may be close.
     bool is_beyond(const Vec3& place, int32_t near) const;
-
-    // How the proofs went; for reports and for tuning.
-    struct Counts {
-        int64_t accepted = 0, refused_forward = 0, refused_backward = 0;
-        int64_t floods = 0, pieces = 0; // the dearer ways
-    };
-    Counts counts;
 
 private:
     struct Link {
@@ -91,7 +82,6 @@ private:
     bool prove_surface_face(int32_t face, int64_t most_pieces);
     void add_link(const NewLink& link);
     void drop_links(int32_t face);
-    void set_limit(double limit);
     void forget_stamps();
     Status find_first_links(const Bvh& surface_bvh, const Array<int32_t>& numbers, bool& within);
 
@@ -99,12 +89,12 @@ private:
     const Surface& s_;
     const Mesh* in_ = nullptr;
     Frame frame_{Box{}};
-    double limit_ = 0, near_ = 0, near_squared_ = 0; // in the frame, without what rounding may take
-    Bvh bvh_;                                        // of the input
-    Array<Vec3> points_;                             // of the input, in the frame
-    Array<uint32_t> versions_;                       // per input face
-    Array<int32_t> first_link_;                      // per surface face
-    Array<int32_t> hints_;                           // per surface face: a triangle of bvh_ that is close
+    double near_ = 0, near_squared_ = 0; // the limit in the frame, without what rounding may take
+    Bvh bvh_;                            // of the input
+    Array<Vec3> points_;                 // of the input, in the frame
+    Array<uint32_t> versions_;           // per input face
+    Array<int32_t> first_link_;          // per surface face
+    Array<int32_t> hints_;               // per surface face: a triangle of bvh_ that is close
     Array<Link> links_;
     int32_t free_link_ = -1;
 

@@ -46,9 +46,6 @@ int32_t shim_guarded_begin(shim_guarded* g, double limit) {
     status = g->in.context.end_call(status);
     return status != DELMESH_OK ? status : within ? 1 : 0;
 }
-void shim_guarded_raise(shim_guarded* g, double limit) {
-    g->guard.raise(limit);
-}
 
 void shim_guarded_move(shim_guarded* g, int32_t vert, double x, double y, double z) {
     g->surface.pos[vert] = {x, y, z};
@@ -96,9 +93,6 @@ int32_t shim_guarded_corners(const shim_guarded* g) {
 }
 int32_t shim_guarded_vert(const shim_guarded* g, int32_t c) {
     return g->surface.vert(c);
-}
-int32_t shim_guarded_twin(const shim_guarded* g, int32_t c) {
-    return g->surface.twin(c);
 }
 void shim_guarded_at(const shim_guarded* g, int32_t vert, double* xyz) {
     const Vec3& p = g->surface.at(vert);

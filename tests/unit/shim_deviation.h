@@ -16,7 +16,6 @@ shim_guarded* shim_guarded_make(shim_mesh* mesh, int32_t precision);
 void shim_guarded_free(shim_guarded* guarded);
 /* 1: within the limit; 0: not proven; negative: the status. */
 int32_t shim_guarded_begin(shim_guarded* guarded, double limit);
-void shim_guarded_raise(shim_guarded* guarded, double limit);
 
 /* Moves without asking: only before begin. */
 void shim_guarded_move(shim_guarded* guarded, int32_t vert, double x, double y, double z);
@@ -27,7 +26,6 @@ int32_t shim_guarded_is_beyond(const shim_guarded* guarded, int32_t near_face, d
 
 int32_t shim_guarded_corners(const shim_guarded* guarded);
 int32_t shim_guarded_vert(const shim_guarded* guarded, int32_t corner); /* -1: of a dead face */
-int32_t shim_guarded_twin(const shim_guarded* guarded, int32_t corner);
 void shim_guarded_at(const shim_guarded* guarded, int32_t vert, double* xyz);
 int64_t shim_guarded_faces(const shim_guarded* guarded); /* that are alive */
 /* What measure_distance says of the input and the surface as it is. absolute: in percent of the diagonal. */
