@@ -30,7 +30,7 @@ struct DecimationRules {
 class Decimator {
 public:
     struct Counts {
-        int64_t collapses = 0, flips = 0, undone = 0, postponed = 0, refused = 0;
+        int64_t collapses = 0, flips = 0, undone = 0, postponed = 0;
     };
 
     Decimator(Context& context, Surface& surface, const DecimationRules& rules);

@@ -181,26 +181,10 @@ shim_decimation shim_decimator_state(const shim_decimator* shim) {
     const Decimator& d = shim->decimator;
     const Surface& s = shim->surface;
     static_assert(sizeof(Vec3) == 3 * sizeof(double));
-    return {d.vertices_left,
-            d.faces_left,
-            d.counts.collapses,
-            d.counts.flips,
-            d.counts.undone,
-            d.counts.postponed,
-            d.counts.refused,
-            d.stopped_by,
-            s.vertices(),
-            s.corners(),
-            d.cost,
-            d.merged_into.data(),
-            d.next_merged.data(),
-            d.last_merged.data(),
-            d.place_of.data(),
-            &s.pos.data()->x,
-            s.corner_vert.data(),
-            s.corner_twin.data(),
-            s.vert_corner.data(),
-            s.corner_bits.data()};
+    return {d.vertices_left,      d.faces_left,         d.counts.collapses,   d.counts.flips,      d.counts.undone,
+            d.counts.postponed,   d.stopped_by,         s.vertices(),         s.corners(),         d.cost,
+            d.merged_into.data(), d.next_merged.data(), d.last_merged.data(), d.place_of.data(),   &s.pos.data()->x,
+            s.corner_vert.data(), s.corner_twin.data(), s.vert_corner.data(), s.corner_bits.data()};
 }
 int32_t shim_decimator_valid(const shim_decimator* d) {
     return d->surface.valid() ? 1 : 0;

@@ -41,7 +41,7 @@ typedef struct shim_decimation_rules {
 } shim_decimation_rules;
 typedef struct shim_decimator shim_decimator;
 typedef struct shim_decimation {
-    int64_t vertices_left, faces_left, collapses, flips, undone, postponed, refused;
+    int64_t vertices_left, faces_left, collapses, flips, undone, postponed;
     int32_t stopped_by, vertices, corners;
     double cost;
     const int32_t *merged_into, *next_merged, *last_merged, *place_of; /* per vertex */
