@@ -3,7 +3,6 @@
 #include "algo/decimate.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "algo/certify.h"
@@ -34,13 +33,11 @@ delmesh_remesh_options how_to_prepare(const delmesh_decimate_options& options) {
 }
 
 // What a vertex of the Delaunay mesh has of the source's: its own, or of the vertices that it lies between.
-template <class Value>
-Value from_source(const Mesh& full, int32_t v, const Value* values) {
+double from_source(const Mesh& full, int32_t v, const double* values) {
     const int32_t source = full.vert_source.empty() ? v : full.vert_source[v];
     if (source >= 0) return values[source];
     const VertexMap& map = full.split_map[v - full.first_split];
-    return static_cast<Value>(map.weight[0] * values[map.vert[0]] + map.weight[1] * values[map.vert[1]] +
-                              map.weight[2] * values[map.vert[2]]);
+    return map.weight[0] * values[map.vert[0]] + map.weight[1] * values[map.vert[1]] + map.weight[2] * values[map.vert[2]];
 }
 
 // The most vertices and faces that a target allows; a deviation allows any number.
