@@ -48,7 +48,8 @@ def table(curves):
         cells = []
         for _, rows, diagonal, _ in curves:
             r = rows[i][2]
-            cells += [f"{r['splits']:,}", f"{100 * r['surface_bound'] / diagonal:.2g}", f"{r['repairs']['moved_within_tolerance']:,}"]
+            cells += [f"{r['splits']:,}", f"{100 * r['surface_bound'] / diagonal:.2g}",
+                      f"{r['repairs']['moved_within_tolerance']:,}"]
         print(f"| {label} | " + " | ".join(cells) + " |")
     cells = []
     for _, _, _, flip in curves:

@@ -32,7 +32,8 @@ bool output_write(Output* out, const void* data, size_t size);
 /* Ends the file if `ok` and all was written, else removes it; frees. Returns whether the file is there. */
 bool output_close(Output* out, bool ok);
 
-/* The same in two steps, so that several files appear together: the whole file under its other name, and frees if that fails; ... */
+/* The same in two steps, so that several files appear together: the whole file under its other name, and frees if that
+ * fails; ... */
 bool output_finish(Output* out, bool ok);
 /* ... all of them, each finished, under their own names, or removed; frees. `failure` gets the first that fails. */
 bool output_commit(Output* outs, int count, bool ok, Failure* failure);

@@ -4,7 +4,8 @@
     demo_model.py OUT.obj
 
 Closed, genus 1, sharp edges along the teeth and the rims, curved between them. Rows are uneven and sheared by the twist, so quads
-are long and thin; each is cut along its longer diagonal; the two flat faces are zipped from dense outline to sparse bore, with slivers.
+are long and thin; each is cut along its longer diagonal; the two flat faces are zipped from dense outline to sparse bore, with
+slivers.
 """
 import math
 import sys

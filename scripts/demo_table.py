@@ -75,7 +75,8 @@ def main():
                      report["seconds"]["remesh"]))
         panels.append((f"{mode}, {growth:.0f}% more vertices, moved {distance:.2f}%", *read_obj(result), certificate["edges"]))
     print()
-    print(f"{'':10}{'edges not':>10}{'smallest':>10}{'largest':>9}{'angles':>8}{'vertices':>10}{'growth':>8}{'moved by':>13}{'time':>9}")
+    print(f"{'':10}{'edges not':>10}{'smallest':>10}{'largest':>9}{'angles':>8}{'vertices':>10}{'growth':>8}{'moved by':>13}"
+          f"{'time':>9}")
     print(f"{'':10}{'Delaunay':>10}{'angle':>10}{'angle':>9}{'< 30':>8}{'':10}{'':8}{'(% diagonal)':>13}{'':9}")
     for name, edges, quality, vertices, cost, seconds in rows:
         print(f"{name:10}{edges:>10}{quality['min_angle']:>10.2f}{quality['max_angle']:>9.1f}{quality['percent_below_30']:>7.1f}%"

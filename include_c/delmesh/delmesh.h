@@ -240,7 +240,8 @@ enum {
     DELMESH_VERT_JOIN = 7,      /* V: the vertex to which this one must be joined to undo the cutting; itself if none */
     DELMESH_EDGE_FLAGS = 8,     /* E, uint8 or wider: DELMESH_EDGE_* */
     DELMESH_VERT_MAP_VERT = 9,  /* V x 3: three source vertices ... */
-    DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and weights (sum 1) where the vertex lies; a source vertex: (i,i,i) (1,0,0) */
+    DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and weights (sum 1) where the vertex lies; a source vertex: (i,i,i)
+                                   (1,0,0) */
     DELMESH_CORNER_TWIN = 11,   /* 3F x 1, or F x 3: the corner of the same edge in the neighbouring face, -1 on the boundary */
     DELMESH_VERT_PARENT = 12    /* V: of a level of delmesh_lod_family: the vertex of the next coarser level that this one went
                                    into, -1 if it was pruned; the coarsest level's, and other meshes', are themselves */
@@ -285,7 +286,8 @@ typedef struct delmesh_remesh_options {
     int32_t effort;        /* preserve: 0: the plain rule; 1 (default): look-ahead, and vertices that turn out needless are taken
                               out; N > 1: 4^(N-1) rounds of search for ways to need fewer; the same bytes for the same N */
     double feature_angle;  /* degrees between the normals of the faces, 0 is flat; feature mode keeps what is sharper. 30 */
-    /* flip and feature: degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any (default) */
+    /* flip and feature: degrees by which a flip may turn a normal; edges whose flip would turn more are split. < 0: any
+       (default) */
     double max_normal_turn;
     double shell_unit;     /* radius of a shell, in model units; <= 0 (default): 1/1024 of the bounding box's diagonal */
     double tolerance;      /* preserve: how far the surface may move, in model units; 0: exact planarity only, so that only the
@@ -402,12 +404,14 @@ enum { DELMESH_COLLAPSE_ALL = 0, DELMESH_COLLAPSE_PAPER = 1, DELMESH_COLLAPSE_EN
 
 /* Why a level ended where it did. Where several reasons refused collapses, the one that refused most. A deviation target ends with
  * TARGET where the deviation is kept and spent, and with BOUND only where making the mesh Delaunay, or a level before, had spent it
- * already: the level is then the Delaunay mesh, or the level before once more, and its `bound` the larger distance that is proven. */
+ * already: the level is then the Delaunay mesh, or the level before once more, and its `bound` the larger distance that is
+ * proven. */
 enum {
     DELMESH_STOPPED_BY_TARGET = 0,   /* the target was reached; a deviation: no collapse was left that keeps it */
     DELMESH_STOPPED_BY_TOPOLOGY = 1, /* any further collapse would change components, boundary loops or genus */
     DELMESH_STOPPED_BY_DELAUNAY = 2, /* ... or leave an edge that is not Delaunay and may not be flipped, or a fold */
-    DELMESH_STOPPED_BY_FEATURES = 3, /* ... or move what stays: corners, features, boundaries, locked vertices, the region's border */
+    DELMESH_STOPPED_BY_FEATURES = 3, /* ... or move what stays: corners, features, boundaries, locked vertices, the region's
+                                        border */
     DELMESH_STOPPED_BY_BOUND = 4     /* the deviation had been exceeded before the first collapse */
 };
 
@@ -426,10 +430,12 @@ typedef struct delmesh_decimate_options {
     int32_t reserved0;
     double feature_angle;       /* prepare = feature: edges sharper than this are kept. 30 */
     double tolerance;           /* prepare = preserve. < 0 (default): the rounding of the output */
-    double max_normal_turn;     /* degrees by which a collapse or one of its flips may turn a normal, 0..90: the fold-over limit. 78 */
+    double max_normal_turn;     /* degrees by which a collapse or one of its flips may turn a normal, 0..90: the fold-over limit.
+                                   78 */
     double boundary_weight;     /* of the quadrics of boundary and kept edges, against those of faces. 1 */
     double prune;               /* components whose bounding box has a smaller diagonal go away before the first level that is not
-                                   full or a deviation's; the largest stays, and what is locked, cut or outside; 0 (default): none */
+                                   full or a deviation's; the largest stays, and what is locked, cut or outside; 0 (default):
+                                   none */
     delmesh_view vert_weights;  /* optional, V x 1 float32 or float64, > 0: scales the error around each source vertex */
     delmesh_view locked_verts;  /* optional, V x 1 uint8 or int32: where not 0, the source vertex stays where it is */
     delmesh_view face_mask;     /* optional, one uint8 or int32 per source polygon: faces with 0 stay as they are, their edges too,
@@ -478,8 +484,9 @@ DELMESH_API void delmesh_decimate_report_init(delmesh_decimate_report* report, u
  * from the one before. Every level is Delaunay as delmesh_remesh promises it, with the topology of the input; an unreachable target
  * is no error: stopped_by says why. A level that its predecessor satisfies already is that once more.
  * Levels leave out vertices that no face uses; DELMESH_VERT_SOURCE is the source vertex that a vertex is, bit for bit, or -1;
- * DELMESH_VERT_MAP_* where on the source it lies (a close point, found from the faces around the source vertices that went into it);
- * DELMESH_FACE_SOURCE a source polygon close to the face; DELMESH_VERT_PARENT the vertex of the next coarser level it went into.
+ * DELMESH_VERT_MAP_* where on the source it lies (a close point, found from the faces around the source vertices that went into
+ * it); DELMESH_FACE_SOURCE a source polygon close to the face; DELMESH_VERT_PARENT the vertex of the next coarser level it went
+ * into.
  * options, report: may be NULL; levels: NULL, or `count` of them, each with struct_size set.
  * After an error or a cancel all of out[] is NULL. Errors: INVALID_ARGUMENT (also a target of a finer kind than its predecessor's
  * where both count the same), and those of delmesh_remesh.

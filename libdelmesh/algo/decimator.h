@@ -62,7 +62,8 @@ private:
         Kind kind = Kind::smooth;
         bool locked = false;
     };
-    // What is known of an edge since its ends changed: nothing; its optimum cost too much for where the entry was; flips do not help.
+    // What is known of an edge since its ends changed: nothing; its optimum cost too much for where the entry was; flips do not
+    // help.
     enum Tried : uint32_t { kNothing, kOptimum, kFlips };
     struct Entry {
         int32_t corner, p, q;

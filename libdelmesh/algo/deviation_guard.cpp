@@ -4,21 +4,21 @@
 // One face. The distance to one triangle is a convex function: three corners within eps of one face of the mesh are enough.
 //
 // A flood. Project the mesh along the triangle's normal. Take all faces that are connected to a first one through edges whose
-// projection meets the triangle. No edge on the rim of that set meets it, so the projection covers all of the triangle as often as its
-// centre: if the rim winds around the centre, there is a point of the mesh above (or below) every point of the triangle. It is no
-// higher than the highest vertex of the faces, clipped to the prism over the triangle. The work is that of visiting each face once,
-// however large the triangle is in comparison, and however small eps. (The argument holds for the continuous, piecewise linear map
-// that the rounded projections of the vertices define: rounding only moves points, by what the margins allow for.)
-// Where a boundary of the mesh meets the triangle, or what is steep beyond a crease stands over the triangle's rim, a smaller copy of
-// the triangle is covered instead, and eps is less by the distance between the two.
+// projection meets the triangle. No edge on the rim of that set meets it, so the projection covers all of the triangle as often as
+// its centre: if the rim winds around the centre, there is a point of the mesh above (or below) every point of the triangle. It is
+// no higher than the highest vertex of the faces, clipped to the prism over the triangle. The work is that of visiting each face
+// once, however large the triangle is in comparison, and however small eps. (The argument holds for the continuous, piecewise linear
+// map that the rounded projections of the vertices define: rounding only moves points, by what the margins allow for.)
+// Where a boundary of the mesh meets the triangle, or what is steep beyond a crease stands over the triangle's rim, a smaller copy
+// of the triangle is covered instead, and eps is less by the distance between the two.
 //
 // Pieces. Halve the triangle until each piece is close to one face, or its centre is by its radius closer than eps. This needs no
 // connected surface; it needs many pieces, and gives up after some.
 //
 // A point of the triangle that is farther than eps ends the search at once.
 //
-// Rounding, in the frame, where no coordinate exceeds R = 4 + eps, with u = 2^-53: computed distances to triangles are off by 25 u R
-// (geom/closest_point.h); halving 30 times moves points by 60 u R, heights and places in a plane are off by some 10 u R.
+// Rounding, in the frame, where no coordinate exceeds R = 4 + eps, with u = 2^-53: computed distances to triangles are off by
+// 25 u R (geom/closest_point.h); halving 30 times moves points by 60 u R, heights and places in a plane are off by some 10 u R.
 // The margin of 2^-44 (2 + eps) is more than twice that, and that of the half-planes around a triangle, 2^-46, more than ten times
 // what rounding does to a place in them.
 #include "algo/deviation_guard.h"
@@ -246,8 +246,8 @@ bool DeviationGuard::is_beyond(const Vec3& place, int32_t near) const {
 
 // ---- proofs ------------------------------------------------------------------------------------------------------------------
 
-// The faces met are left in met_, those that are not over the triangle too. where: a point of the triangle that the mesh is too high
-// above.
+// The faces met are left in met_, those that are not over the triangle too. where: a point of the triangle that the mesh is too
+// high above.
 template <class Side>
 DeviationGuard::Cover DeviationGuard::flood(const Side& side, const Prism& prism, int32_t seed, Vec3& where) {
     Array<uint32_t>& stamps = side.stamps();

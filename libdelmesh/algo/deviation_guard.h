@@ -16,8 +16,8 @@ class DeviationGuard {
 public:
     DeviationGuard(Context& context, const Surface& surface);
 
-    // Associates the surface as it is with the input, which has to stay; its coordinates may have another precision. limit: in model
-    // units. within: is that proven to hold now? If not, nothing else may be called but begin, which starts anew.
+    // Associates the surface as it is with the input, which has to stay; its coordinates may have another precision. limit: in
+    // model units. within: is that proven to hold now? If not, nothing else may be called but begin, which starts anew.
     // Progress goes from 0 to 1 of the stage.
     Status begin(const Mesh& in, double limit, bool& within);
     // The surface has changed: these faces (in any order, may repeat, may be dead now) changed or went away. Are the surfaces still

@@ -11,8 +11,8 @@ namespace dm {
 namespace {
 
 // In units in the last place. Where the precision has no room to split an edge, edges up to kShort may be taken out, vertices
-// closer than kMelt become one, and the surface may move by rules.need in all (the report says by how much it did); clean meshes get
-// by with the tolerance.
+// closer than kMelt become one, and the surface may move by rules.need in all (the report says by how much it did); clean meshes
+// get by with the tolerance.
 constexpr double kMelt = 4, kShort = 16;
 
 } // namespace

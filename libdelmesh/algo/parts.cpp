@@ -2,9 +2,10 @@
 // The loop on parts of a large mesh at the same time.
 //
 // The NLD edges are halved at their median again and again, along the longest axis; the planes cut space into cells, and the cells
-// the mesh. A vertex is owned by its cell's part if all its neighbours are in the same cell. What a part changes are faces all of whose
-// vertices it owns, and what it reads has an owned vertex in sight, so that no two parts meet. Whatever is near a border is left
-// to the loop on the whole, which comes after. The parts depend on the mesh alone: the result is the same for any number of threads.
+// the mesh. A vertex is owned by its cell's part if all its neighbours are in the same cell. What a part changes are faces all of
+// whose vertices it owns, and what it reads has an owned vertex in sight, so that no two parts meet. Whatever is near a border is
+// left to the loop on the whole, which comes after. The parts depend on the mesh alone: the result is the same for any number of
+// threads.
 //
 // Parts is for preserve, FlipParts for the flips of the other modes, which ask for less.
 #include <algorithm>

@@ -137,7 +137,8 @@ public:
     class TrialLog;
     void swap_log(TrialLog& log);
 
-    // -- trials: between begin and the end, only flip, split, unsplit, add_vertex, collapse and remove_component, on edges that no cut made
+    // -- trials: between begin and the end, only flip, split, unsplit, add_vertex, collapse and remove_component, on edges that no
+    // cut made
     void begin_trial();
     void keep_trial();
     void undo_trial();

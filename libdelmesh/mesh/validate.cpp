@@ -155,8 +155,8 @@ private:
         });
     }
 
-    // maps: sources, parents (in another mesh: how many it has is not known), joins to a lower vertex at the same place, and weights
-    // that sum to 1
+    // maps: sources, parents (in another mesh: how many it has is not known), joins to a lower vertex at the same place, and
+    // weights that sum to 1
     Status check_maps() {
         const bool has_source = !mesh_.vert_source.empty(), has_parent = !mesh_.vert_parent.empty(),
                    has_join = !mesh_.vert_join.empty();

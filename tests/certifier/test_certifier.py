@@ -110,7 +110,8 @@ class Known(WithFolder):
         # The same tie, where subtraction in double is exact but products of the coordinates are not.
         shift = 2.0 ** 50
         for y, nld in ((-2.0, 0), (-1.0, 1), (-3.0, 0)):
-            points = [(shift - 4.0, shift, -shift), (shift + 4.0, shift, -shift), (shift, shift + 8.0, -shift), (shift, shift + y, -shift)]
+            points = [(shift - 4.0, shift, -shift), (shift + 4.0, shift, -shift), (shift, shift + 8.0, -shift),
+                      (shift, shift + y, -shift)]
             self.expect(points, [(0, 1, 2), (1, 0, 3)], status=nld, nld_interior=nld)
 
     def test_mixed_magnitudes(self):

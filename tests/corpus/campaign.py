@@ -52,7 +52,8 @@ class Runner:
         if limited and self.limits:
             words = ["bash", "-c", 'ulimit -v 2097152; exec "$@"', "limited", *words]
         try:
-            done = subprocess.run(words, capture_output=True, text=True, errors="replace", timeout=timeout, stdin=subprocess.DEVNULL)
+            done = subprocess.run(words, capture_output=True, text=True, errors="replace", timeout=timeout,
+                                  stdin=subprocess.DEVNULL)
         except subprocess.TimeoutExpired:
             return None, "", "time limit"
         return done.returncode, done.stdout, done.stderr

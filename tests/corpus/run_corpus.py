@@ -12,8 +12,8 @@ For every mesh, mode and precision:
     vertex i of the input is vertex i of the output, bit for bit at the output precision
     preserve     the proven bound is within 4 units in the last place of the largest coordinate, and so are samples of both surfaces
     flip         the area does not grow; preserve: it does not change
-    tolerance    at 0, 0.001, 0.01, 0.1 and 1 % of the diagonal: certified, the proven bound is within the tolerance, and samples of both
-                 surfaces are within the bound
+    tolerance    at 0, 0.001, 0.01, 0.1 and 1 % of the diagonal: certified, the proven bound is within the tolerance, and samples
+                 of both surfaces are within the bound
     same bytes   over a second run and 1, 2, 4 threads
 Some meshes: mirrored or scaled by a power of two, the result is exactly the mirrored or scaled one.
 data/nasty and data/malformed: no signal, 20 s, 2 GB, a documented status; of the nasty ones with a usable surface 90 % certified.
