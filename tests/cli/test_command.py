@@ -382,6 +382,20 @@ class Remesh(CommandTest):
         self.run_command("remesh", self.folder / "none.obj", self.folder / "out.ply", "--report", report, status=2)
         self.assertEqual(json.loads(report.read_text())["status"], "READ_ERROR")
 
+    def test_report_that_cannot_be_saved(self):
+        """The meshes are shorter than the limit of a file's size, their report is longer."""
+        for words in (["remesh", "out.ply"], ["lod", "out", "--triangles", "2"]):
+            mesh, report = self.file("mesh.obj", OBTUSE), self.folder / "r.json"
+            done = subprocess.run([DELMESH, words[0], mesh, self.folder / words[1], *words[2:], "--json", "--report", report],
+                                  capture_output=True, text=True, timeout=60,
+                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (900, 900)))
+            self.assertEqual(done.returncode, 2)
+            failure = json.loads(done.stdout)
+            self.assertEqual((failure.keys(), failure["status"]), ({"error", "status"}, "WRITE_ERROR"))
+            self.assertIn("r.json", failure["error"])
+            self.assertIn(failure["error"], done.stderr)
+            self.assertFalse(report.exists())
+
 
 class Lod(CommandTest):
     def names(self):
