@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A priority queue for priorities that need not be told apart to the last bit: a bucket for each of the leading bits of the
-// float32 (1.6 % wide), found through two levels of bit masks. Push and pop take the same time however much is in it; what is
-// pushed below the last popped bucket is popped next. Inside of a bucket the last comes first, so that the order depends on the
-// order of the calls alone. Buckets are lists of blocks: entries that are popped together lie together.
+// A priority queue for priorities that need not be told apart to the last bit, of things that each belong to a part of a whole:
+// a bucket per part for each of the leading bits of the float32 (3 % wide), found through two levels of bit masks. Push and pop
+// take the same time however much is in it.
+// One part after the other is emptied up to a common limit, in the order of its priorities; then the limit is raised. What is near
+// in space belongs to one part, so what is popped in a row needs the same memory. How far the limit is raised depends on how much is
+// still wanted: by a factor of two at first, by a bucket at last, so in the end all parts have come equally far.
+// Inside of a bucket the last comes first, so that the order depends on the order of the calls alone. Buckets are lists of blocks:
+// entries that are popped together lie together.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +18,16 @@ namespace dm {
 template <class T>
 class BucketQueue {
 public:
-    explicit BucketQueue(Memory& memory) : buckets_(memory), blocks_(memory), fine_(memory), coarse_(memory) {
-        buckets_.assign(kBuckets, Bucket{-1, 0});
-        fine_.assign(kBuckets / 64, 0);
-        coarse_.assign(kBuckets / 4096, 0);
+    explicit BucketQueue(Memory& memory) : heads_(memory), blocks_(memory), fine_(memory), coarse_(memory), counts_(memory) {}
+    // Room for about so many values, spread as priorities of one kind are.
+    void begin(int32_t parts, int64_t count) {
+        parts_ = parts;
+        heads_.assign(int64_t{parts} * kBuckets, -1);
+        fine_.assign(int64_t{parts} * kFineWords, 0);
+        coarse_.assign(int64_t{parts} * kCoarseWords, 0);
+        counts_.assign(kBuckets, 0);
+        blocks_.reserve(count / kBlock * 3 / 2 + 1024);
+        part_ = parts;
     }
     static constexpr double kLargest = 1e38; // priorities are below
     // Priorities of one bucket are equal to the queue. priority: 0 or more, not NaN.
@@ -34,10 +44,9 @@ public:
         std::memcpy(&f, &bits, sizeof f);
         return f;
     }
-    void push(double priority, const T& value) { push_to(bucket(priority), value); }
-    void push_to(int32_t b, const T& value) {
-        Bucket& bucket = buckets_[b];
-        if (bucket.block < 0 || bucket.count == kBlock) {
+    void push(int32_t part, int32_t b, const T& value) {
+        int32_t& head = heads_[int64_t{part} * kBuckets + b];
+        if (head < 0 || blocks_[head].count == kBlock) {
             int32_t fresh = free_;
             if (fresh >= 0) {
                 free_ = blocks_[fresh].next;
@@ -45,56 +54,92 @@ public:
                 fresh = static_cast<int32_t>(blocks_.size());
                 blocks_.push_back(Block{});
             }
-            blocks_[fresh].next = bucket.block;
-            bucket = {fresh, 0};
-            fine_[b >> 6] |= uint64_t{1} << (b & 63);
-            coarse_[b >> 12] |= uint64_t{1} << (b >> 6 & 63);
-            first_ = std::min(first_, b >> 12);
+            blocks_[fresh].next = head;
+            blocks_[fresh].count = 0;
+            head = fresh;
+            fine_[part * kFineWords + (b >> 6)] |= uint64_t{1} << (b & 63);
+            coarse_[part * kCoarseWords + (b >> 12)] |= uint64_t{1} << (b >> 6 & 63);
         }
-        blocks_[bucket.block].values[bucket.count++] = value;
+        Block& block = blocks_[head];
+        block.values[block.count++] = value;
+        ++counts_[b];
         ++size_;
     }
-    // Up to `most` values of the lowest bucket, or as many as lie together; how many there were, 0 only if the queue is empty.
-    int pop(int32_t& b, T* values, int most) {
+    // Up to `most` values of the lowest buckets of a part, with these; how many there were, 0 only if the queue is empty.
+    // wanted: about how many values are still to be of use; may be any number, but decides how evenly the parts are emptied.
+    int pop(int64_t wanted, int32_t* buckets, T* values, int most) {
         if (size_ == 0) return 0;
-        while (coarse_[first_] == 0) ++first_;
-        const int32_t word = first_ * 64 + __builtin_ctzll(coarse_[first_]);
-        b = word * 64 + __builtin_ctzll(fine_[word]);
-        Bucket& bucket = buckets_[b];
-        Block& block = blocks_[bucket.block];
-        const int count = std::min(most, bucket.count);
-        for (int i = 0; i < count; ++i) values[i] = block.values[--bucket.count];
-        size_ -= count;
-        if (bucket.count == 0) {
-            const int32_t empty = bucket.block;
-            bucket = {block.next, kBlock};
+        int32_t b;
+        for (;; ++part_) {
+            if (part_ >= parts_) {
+                raise_limit(wanted);
+                part_ = 0;
+            }
+            b = lowest_of(part_);
+            if (b <= limit_) break;
+        }
+        int count = 0;
+        for (const int32_t last = std::min(limit_, b + kSpan); b <= last; b = lowest_of(part_)) {
+            int32_t& head = heads_[int64_t{part_} * kBuckets + b];
+            Block& block = blocks_[head];
+            const int before = count;
+            while (count < most && block.count > 0) {
+                buckets[count] = b;
+                values[count++] = block.values[--block.count];
+            }
+            counts_[b] -= count - before;
+            size_ -= count - before;
+            if (block.count > 0) break;
+            const int32_t empty = head;
+            head = block.next;
             block.next = free_;
             free_ = empty;
-            if (bucket.block < 0 && (fine_[word] &= fine_[word] - 1) == 0) coarse_[first_] &= coarse_[first_] - 1;
+            uint64_t& fine = fine_[part_ * kFineWords + (b >> 6)];
+            if (head < 0 && (fine &= fine - 1) == 0) {
+                uint64_t& coarse = coarse_[part_ * kCoarseWords + (b >> 12)];
+                coarse &= coarse - 1;
+            }
+            if (count == most) break;
         }
         return count;
     }
     int64_t size() const { return size_; }
-    // Room for about so many values, spread as priorities of one kind are.
-    void reserve(int64_t count) { blocks_.reserve(count / kBlock * 3 / 2 + 1024); }
 
 private:
-    static constexpr int32_t kDropped = 17; // of 32 bits; the sign is never set
-    static constexpr int32_t kBuckets = 1 << (31 - kDropped);
+    static constexpr int32_t kDropped = 18; // of 32 bits; the sign is never set
+    static constexpr int32_t kBuckets = 1 << (31 - kDropped), kFineWords = kBuckets / 64, kCoarseWords = kFineWords / 64;
+    static constexpr int32_t kOctave = 1 << (23 - kDropped); // buckets to twice the priority
+    static constexpr int32_t kSpan = 2;                      // buckets that are popped together
     static constexpr int kBlock = 15;
 
     struct Block {
         T values[kBlock];
         int32_t next;
+        int32_t count; // those behind the first are full
     };
-    struct Bucket {
-        int32_t block; // -1: empty
-        int32_t count; // in that block; those behind it are full
-    };
-    Array<Bucket> buckets_;
+
+    int32_t lowest_of(int32_t part) const {
+        const uint64_t* coarse = &coarse_[part * kCoarseWords];
+        for (int32_t i = 0; i < kCoarseWords; ++i) {
+            if (coarse[i] == 0) continue;
+            const int32_t word = i * 64 + __builtin_ctzll(coarse[i]);
+            return word * 64 + __builtin_ctzll(fine_[part * kFineWords + word]);
+        }
+        return kBuckets;
+    }
+    void raise_limit(int64_t wanted) {
+        int32_t lowest = 0;
+        while (counts_[lowest] == 0) ++lowest;
+        int64_t below = counts_[lowest];
+        limit_ = lowest;
+        while (limit_ + 1 < std::min(kBuckets, lowest + kOctave) && (below += counts_[limit_ + 1]) <= wanted) ++limit_;
+    }
+
+    Array<int32_t> heads_; // per part and bucket its first block; -1: empty
     Array<Block> blocks_;
     Array<uint64_t> fine_, coarse_;
-    int32_t free_ = -1, first_ = 0;
+    Array<int64_t> counts_; // per bucket, of all parts
+    int32_t parts_ = 0, part_ = 0, limit_ = 0, free_ = -1;
     int64_t size_ = 0;
 };
 

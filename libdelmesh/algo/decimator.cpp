@@ -72,7 +72,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         verts[v].kind = locked || special[v] > 2 ? Kind::corner : special[v] > 0 ? Kind::crease : Kind::smooth;
         if (vert_weights != nullptr) verts[v].quadric *= vert_weights[v] / most_weight;
     }
-    queue.reserve(s.corners() / 2);
+    queue.begin((all >> kPartBits) + 1, s.corners() / 2);
     return sweep();
 }
 
@@ -116,7 +116,7 @@ void Decimator::push(int32_t c) {
     const int32_t p = s.vert(c), q = s.head(c);
     const Quadric sum = verts[p].quadric + verts[q].quadric;
     const Vec3 w = at_p ? s.at(p) : at_q ? s.at(q) : optimum(sum, p, q);
-    queue.push(sum.at(w - origin), {c, p, q, stamp_of(p, q), kNothing});
+    enqueue(BucketQueue<Entry>::bucket(sum.at(w - origin)), {c, p, q, stamp_of(p, q), kNothing});
 }
 
 void Decimator::push_around(int32_t v) {
@@ -192,6 +192,7 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
     const double from = static_cast<double>(vertices_left);
     const double to = static_cast<double>(std::max<int64_t>(0, std::min(most_vertices, most_faces / 2)));
     const auto reached = [&] { return vertices_left <= most_vertices && faces_left <= most_faces; };
+    const auto wanted = [&] { return std::max(vertices_left - most_vertices, (faces_left - most_faces) / 2); };
     int64_t at_sweep = -1;
     stopped_by = DELMESH_STOPPED_BY_TARGET;
     while (!reached()) {
@@ -200,8 +201,8 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
         for (int rounds = 0; rounds < rounds_between && !reached(); ++rounds) {
             // A few at a time, so that what they need is on its way from memory while others are looked at.
             Entry batch[kBatch];
-            int32_t bucket = 0;
-            const int count = queue.pop(bucket, batch, guard != nullptr ? 1 : kBatch);
+            int32_t buckets[kBatch];
+            const int count = queue.pop(wanted(), buckets, batch, guard != nullptr ? 1 : kBatch);
             if (count == 0) {
                 // What was refused may be possible by now.
                 // A guard looks hard at all of that, so not for a few more.
@@ -219,9 +220,9 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
             for (int i = 0; i < count; ++i) {
                 if (corners[i] < 0) continue;
                 if (reached())
-                    queue.push_to(bucket, batch[i]);
+                    enqueue(buckets[i], batch[i]);
                 else if ((corners[i] = find(batch[i])) >= 0) // the batch's first may have changed it
-                    attempt(corners[i], static_cast<Tried>(batch[i].tried), bucket);
+                    attempt(corners[i], static_cast<Tried>(batch[i].tried), buckets[i]);
             }
         }
     }
@@ -319,7 +320,7 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
     const auto postpone = [&](double cost_now, Tried known) {
         ++counts.postponed;
         const Entry again{c, p, q, stamp_of(p, q), known};
-        queue.push_to(std::max(bucket + 1, BucketQueue<Entry>::bucket(cost_now)), again); // below infinity's, as cost_now is
+        enqueue(std::max(bucket + 1, BucketQueue<Entry>::bucket(cost_now)), again); // below infinity's, as cost_now is
     };
     if (at_p || at_q) {
         consider(at_p ? a : b);

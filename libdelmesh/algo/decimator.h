@@ -79,6 +79,7 @@ private:
         Vec3 at_ring, at_beyond;
         Vec3 normal; // of the face as it is
     };
+    static constexpr int kPartBits = 13; // of the queue: 8192 vertices in a row, with all that is known of them 2 MB
     static constexpr int kMostSpokes = 96;
     static constexpr double kStiffness = 1e-4; // of optima where the quadric leaves a choice
     struct Star {
@@ -103,6 +104,7 @@ private:
     // -- decimator.cpp
     void push(int32_t c);
     void push_around(int32_t v);
+    void enqueue(int32_t bucket, const Entry& e) { queue.push(e.p >> kPartBits, bucket, e); }
     uint32_t stamp_of(int32_t p, int32_t q) const { return (verts[p].version + verts[q].version) & 0x3fffffff; }
     int32_t find(const Entry& e) const;
     void ask_for(const Entry* entries, int count, int32_t* corners) const;

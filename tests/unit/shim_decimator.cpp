@@ -76,7 +76,9 @@ int32_t shim_quadric_least(const shim_quadric* q, const double near[3], double s
 }
 
 shim_queue* shim_queue_make(void) {
-    return new shim_queue;
+    shim_queue* const q = new shim_queue;
+    q->queue.begin(1, 0);
+    return q;
 }
 void shim_queue_free(shim_queue* q) {
     delete q;
@@ -88,13 +90,13 @@ double shim_queue_end_of(int32_t bucket) {
     return BucketQueue<int32_t>::end_of(bucket);
 }
 void shim_queue_push(shim_queue* q, double priority, int32_t value) {
-    q->queue.push(priority, value);
+    q->queue.push(0, BucketQueue<int32_t>::bucket(priority), value);
 }
 void shim_queue_push_to(shim_queue* q, int32_t bucket, int32_t value) {
-    q->queue.push_to(bucket, value);
+    q->queue.push(0, bucket, value);
 }
 int32_t shim_queue_pop(shim_queue* q, int32_t* bucket, int32_t* values, int32_t most) {
-    return q->queue.pop(*bucket, values, most);
+    return q->queue.pop(1, bucket, values, std::min(most, 1)); // more of them may be from several buckets
 }
 int64_t shim_queue_size(const shim_queue* q) {
     return q->queue.size();
