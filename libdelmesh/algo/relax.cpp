@@ -296,8 +296,10 @@ Status Relaxation::find_closest() {
     Array<int32_t> place(context.memory(), level.faces());
     for (int32_t t = 0; t < bvh.size(); ++t) place[bvh.face(t)] = t;
     const bool known = !head.empty();
-    for (int32_t f = 0; known && f < level.faces(); ++f) // trials leave other numbers there
+    for (int32_t f = 0; known && f < level.faces(); ++f) { // trials leave other numbers there
+        if (f % kProgressEvery == 0) DM_TRY(context.progress(1));
         for (int32_t i = head[f]; i >= 0; i = samples[i].next) samples[i].face = f;
+    }
     DM_TRY(parallel_slices(context, samples.size(), kSampleGrain, 1, 1, [&](int64_t, int64_t begin, int64_t end) {
         int32_t near = 0;
         for (int64_t i = begin; i < end; ++i) {
@@ -310,6 +312,7 @@ Status Relaxation::find_closest() {
     }));
     head.assign(level.faces(), -1);
     for (int64_t i = samples.size() - 1; i >= 0; --i) {
+        if (i % kProgressEvery == 0) DM_TRY(context.progress(1));
         samples[i].next = head[samples[i].face];
         head[samples[i].face] = static_cast<int32_t>(i);
     }
@@ -323,7 +326,9 @@ Status Relaxation::look_back() {
     double total = 0;
     for (int32_t f = 0; f < faces; ++f) total += length(face_normal(f));
     if (!(total > 0)) total = 1;
+    DM_TRY(context.progress(0));
     for (int32_t f = 0; f < faces; ++f) {
+        if (f % kProgressEvery == 0) DM_TRY(context.progress(0));
         const double share = length(face_normal(f)) / total;
         spots[f].weight = 0.45 * share;
         for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {

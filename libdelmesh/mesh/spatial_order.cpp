@@ -63,6 +63,7 @@ Status sort_in_space(Context& context, const Mesh& in, SpatialOrder& order, Mesh
     codes.free_storage();
     order.new_vert.resize_uninitialized(verts);
     for (int32_t v = 0; v < verts; ++v) order.new_vert[order.old_vert[v]] = v;
+    DM_TRY(context.progress(0.55));
 
     // Faces, counted into their first vertices.
     const auto first_vert = [&](int32_t f) {
@@ -72,9 +73,11 @@ Status sort_in_space(Context& context, const Mesh& in, SpatialOrder& order, Mesh
     Array<int32_t> place(memory, static_cast<int64_t>(verts) + 1, 0);
     for (int32_t f = 0; f < faces; ++f) ++place[first_vert(f) + 1];
     for (int32_t v = 0; v < verts; ++v) place[v + 1] += place[v];
+    DM_TRY(context.progress(0.6));
     order.old_face.resize_uninitialized(faces);
     order.new_face.resize_uninitialized(faces);
     for (int32_t f = 0; f < faces; ++f) {
+        if ((f & 0xffff) == 0) DM_TRY(context.progress(0.6));
         const int32_t n = place[first_vert(f)]++;
         order.new_face[f] = n;
         order.old_face[n] = f;
