@@ -104,6 +104,16 @@ public:
         return count;
     }
     int64_t size() const { return size_; }
+    // It is empty then, and may not be used before begin().
+    void free_storage() {
+        heads_.free_storage();
+        blocks_.free_storage();
+        fine_.free_storage();
+        coarse_.free_storage();
+        counts_.free_storage();
+        size_ = 0;
+        free_ = -1;
+    }
 
 private:
     static constexpr int32_t kDropped = 18; // of 32 bits; the sign is never set

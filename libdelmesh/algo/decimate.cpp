@@ -188,6 +188,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         double exporting = watch.lap(), relaxing = 0;
         if (options.quality > 0 && targets[i].kind != DELMESH_TARGET_FULL) {
             maker.find_staying(stays);
+            if (i + 1 == count) decimator.finish(); // relaxation needs much itself
             const Context::Part part(context, middle, middle + 0.8 * (to - middle));
             DM_TRY(relax_level(context, in, rules, options.quality, stays, bounded ? level.bound : -1, mesh,
                                level.relaxed_vertices));

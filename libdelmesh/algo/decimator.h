@@ -39,6 +39,12 @@ public:
     // Collapses edges until there are no more than so many vertices and faces, or nothing more can be.
     Status run(int64_t most_vertices, int64_t most_faces);
 
+    // After the last run: what only collapses need is given back. kind() and prune() may not be asked any more.
+    void finish() {
+        verts.free_storage();
+        queue.free_storage();
+    }
+
     // How many of the edges at a vertex are on the boundary or kept says how it may move.
     enum class Kind : uint8_t { smooth, crease, corner };
     Kind kind(int32_t v) const { return verts[v].kind; }
