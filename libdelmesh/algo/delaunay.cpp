@@ -94,6 +94,10 @@ Status Loop::drain() {
         const bool first_look = !ready.empty();
         if (!first_look) {
             if (blocked.empty()) break;
+            if (trial.running && needs_too_many()) {
+                trial.failed = true;
+                break;
+            }
             // Flips elsewhere may have set blocked edges free: before the first split all are looked at again.
             if (!splitting && flips_at_sweep != report.flips) {
                 flips_at_sweep = report.flips;
@@ -121,6 +125,18 @@ Status Loop::drain() {
         }
     }
     return DELMESH_OK;
+}
+
+// In a trial, with all blocked edges known: each of them takes a vertex of its own.
+bool Loop::needs_too_many() const {
+    if (wanders() || blocked.size() <= trial.splits_left) return false;
+    int64_t edges = 0;
+    for (int64_t i = 0; i < blocked.size(); ++i) {
+        const Entry& e = blocked[i];
+        const auto is_same = [&](const Entry& o) { return (o.p == e.p && o.q == e.q) || (o.p == e.q && o.q == e.p); };
+        if (std::none_of(blocked.begin(), blocked.begin() + i, is_same) && still_nld(e)) ++edges;
+    }
+    return edges > trial.splits_left;
 }
 
 // Not a part's to do.

@@ -7,7 +7,8 @@
 // the same loop that placed them first, in another order and at other places that are as good. That is a trial: it is done on the
 // surface itself, and undone unless it ends with a Delaunay mesh that has no more vertices. Equal numbers are kept, which is what
 // lets the search move on. Every NLD edge of the input needs one vertex, so what there is to win is in all others: half of the
-// rounds are spent around those.
+// rounds are spent around those. With effort 1 a large mesh has no time for moves that win nothing: there a trial has to end with
+// fewer vertices, is given up as soon as more edges are left to split than that allows, and few are made around the same vertex.
 #include "algo/loop.h"
 
 #include <algorithm>
@@ -20,7 +21,10 @@ namespace {
 
 constexpr int64_t kLeastRegion = 2;      // vertices taken out together
 constexpr double kLeastTrials = 8192;    // in a round
-constexpr double kVerticesPerTrial = 10; // with effort 1
+// With effort 1.
+constexpr double kVerticesPerTrial = 10;     // of the input
+constexpr double kVerticesPerShortTrial = 8; // the same where trials do not wander
+constexpr int32_t kMostFailures = 3;         // of such trials around one vertex
 
 // Cotangent of the angle at x between a and b: the smaller, the wider.
 double cotangent(const Vec3& a, const Vec3& b, const Vec3& x) {
@@ -222,11 +226,12 @@ void Loop::begin_search(int32_t next_round) {
     round = next_round;
     tidy_own();
     trials = std::max(own.size(), static_cast<int64_t>(share * kLeastTrials));
-    if (rules.effort == 1) trials = std::min(2 * own.size(), static_cast<int64_t>(share * s.first_split / kVerticesPerTrial));
+    const double vertices_per_trial = wanders() ? kVerticesPerTrial : kVerticesPerShortTrial;
+    if (rules.effort == 1) trials = std::min(2 * own.size(), static_cast<int64_t>(share * s.first_split / vertices_per_trial));
     centres.clear();
     if (!s.is_part()) centres.reserve(2 * own.size());
     for (const int32_t v : own)
-        if (is_centre(v)) centres.push_back(v);
+        if (is_centre(v)) centres.push_back({v, 0});
     trials_left = centres.empty() ? 0 : trials;
 }
 
@@ -235,25 +240,31 @@ bool Loop::is_centre(int32_t v) const {
     return s.vert_corner[v] >= 0 && (all || is_in_excess(v));
 }
 
+void Loop::drop_centre(int64_t i) {
+    centres[i] = centres.back();
+    centres.pop_back();
+    if (centres.empty()) trials_left = 1;
+}
+
 Status Loop::search(int64_t most) {
     for (; trials_left > 0 && most > 0; --trials_left, --most) {
         if ((trials_left & 0x3f) == 0)
             DM_TRY(tick((round + 1 - static_cast<double>(trials_left) / static_cast<double>(trials)) / search_rounds()));
         const int64_t pick = random_below(centres.size());
-        const int32_t centre = centres[pick];
-        if (!is_centre(centre)) {
-            centres[pick] = centres[centres.size() - 1];
-            centres.pop_back();
-            if (centres.empty()) trials_left = 1;
+        if (!is_centre(centres[pick].vert)) {
+            drop_centre(pick);
             continue;
         }
-        gather_region(centre, kLeastRegion + random_below(kMostTaken - kLeastRegion + 1));
+        gather_region(centres[pick].vert, kLeastRegion + random_below(kMostTaken - kLeastRegion + 1));
         bool kept = false;
-        DM_TRY(try_without(region, region.size(), kept));
-        if (!kept) continue;
+        DM_TRY(try_without(region, region.size() - (wanders() ? 0 : 1), kept));
+        if (!kept) {
+            if (++centres[pick].failures == kMostFailures && !wanders()) drop_centre(pick);
+            continue;
+        }
         for (const int32_t v : trial_made) {
             add_own(v);
-            if (centres.room() > 0 && is_centre(v)) centres.push_back(v);
+            if (centres.room() > 0 && is_centre(v)) centres.push_back({v, 0});
         }
     }
     return DELMESH_OK;

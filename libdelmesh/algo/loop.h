@@ -47,6 +47,7 @@ private:
     void look_at(int32_t c);
     void look_at_face(int32_t f);
     void look_at_faces_of(int32_t v);
+    bool needs_too_many() const;
     Judgement judge(int32_t c) const;
     bool turns_little(int32_t p, int32_t q, int32_t u, int32_t v) const;
     void do_flip(int32_t c, const FreeFlip& free);
@@ -86,6 +87,7 @@ private:
     };
     bool shrinks() const { return rules.effort > 0 && patches != nullptr && !rules.shells; }
     int32_t search_rounds() const;
+    bool wanders() const { return rules.effort > 1 || share == 1; } // share is 1 where there were no parts
     Status need_fewer();
     void add_own(int32_t v) {
         if (!s.is_part() || own.room() > 0) own.push_back(v);
@@ -98,6 +100,7 @@ private:
     void gather_region(int32_t v, int64_t most);
     bool is_in_excess(int32_t v) const;
     bool is_centre(int32_t v) const;
+    void drop_centre(int64_t i);
     bool find_line(int32_t v, Line& line) const;
     template <class Visit>
     void for_spokes(int32_t v, const Line& line, Visit&& visit) const;
@@ -126,7 +129,11 @@ private:
         int64_t splits_left = 0;
     } trial;
     Array<int32_t> trial_made;      // split vertices
-    Array<int32_t> centres, region; // of the search
+    struct Centre {
+        int32_t vert, failures; // of trials around it
+    };
+    Array<Centre> centres; // of the search
+    Array<int32_t> region;
     Array<VertexPair> nld_at_start; // sorted; a part's is another name for the whole's
     Array<int32_t> own;             // split vertices that this loop made and may take out, some perhaps twice or gone
     double share = 1;               // of the NLD edges of the mesh
