@@ -133,7 +133,7 @@ bool Loop::needs_too_many() const {
     int64_t edges = 0;
     for (int64_t i = 0; i < blocked.size(); ++i) {
         const Entry& e = blocked[i];
-        const auto is_same = [&](const Entry& o) { return (o.p == e.p && o.q == e.q) || (o.p == e.q && o.q == e.p); };
+        const auto is_same = [&](const Entry& o) { return VertexPair(o.p, o.q) == VertexPair(e.p, e.q); };
         if (std::none_of(blocked.begin(), blocked.begin() + i, is_same) && still_nld(e)) ++edges;
     }
     return edges > trial.splits_left;
@@ -185,11 +185,7 @@ Status Loop::find_nld() {
         for_each_marked_edge(marks + begin, static_cast<int32_t>(end - begin),
                              [&](int32_t c) { *next++ = entry(static_cast<int32_t>(3 * begin) + c); });
     }));
-    if (shrinks()) {
-        nld_at_start.reserve(ready.size());
-        for (const Entry& e : ready) nld_at_start.push_back({e.p, e.q});
-        std::sort(nld_at_start.begin(), nld_at_start.end());
-    }
+    if (shrinks()) remember_nld();
     return DELMESH_OK;
 }
 

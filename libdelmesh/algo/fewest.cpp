@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/hash.h"
 #include "geom/predicates.h"
 
 namespace dm {
@@ -295,12 +296,25 @@ void Loop::gather_region(int32_t v, int64_t most) {
     }
 }
 
+// Two thirds of the table's slots, at most, hold an edge; the others no vertices.
+void Loop::remember_nld() {
+    nld_at_start.assign(table_size(ready.size()), {-1, -1});
+    for (const Entry& e : ready) nld_at_start[slot_of({e.p, e.q})] = {e.p, e.q};
+}
+int64_t Loop::slot_of(const VertexPair& edge) const {
+    const int64_t last = nld_at_start.size() - 1;
+    const uint64_t key = static_cast<uint64_t>(edge.a) << 32 | static_cast<uint32_t>(edge.b);
+    int64_t slot = static_cast<int64_t>(scramble(key) & static_cast<uint64_t>(last));
+    while (nld_at_start[slot].a >= 0 && !(nld_at_start[slot] == edge)) slot = (slot + 1) & last;
+    return slot;
+}
+
 // Is v more than the one vertex that each NLD edge of the input needs?
 bool Loop::is_in_excess(int32_t v) const {
     const int32_t carrier = s.split_vertices[v - s.first_split].carrier;
     if (s.carrier_splits[carrier] > 1) return true;
     const VertexPair edge{s.carriers[carrier].a, s.carriers[carrier].b};
-    return !std::binary_search(nld_at_start.begin(), nld_at_start.end(), edge);
+    return nld_at_start[slot_of(edge)].a < 0;
 }
 
 // SplitMix64 (Steele, Lea, Flood 2014): the same numbers on every machine.

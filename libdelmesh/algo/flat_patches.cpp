@@ -182,6 +182,9 @@ void FlatPatches::free_storage() {
 Status grow_flat_patches(Context& context, const Surface& s, double thickness, FlatPatches& out) {
     constexpr int64_t kGrain = 8192;
     const int32_t faces = s.faces();
+    const int64_t room = faces + s.face_src.room();
+    out.face_patch.reserve(room);
+    out.drift.reserve(room);
     out.face_patch.resize_uninitialized(faces);
     for (int32_t f = 0; f < faces; ++f) out.face_patch[f] = FlatPatches::alone(f);
     out.drift.assign(faces, 0);

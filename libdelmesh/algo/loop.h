@@ -21,6 +21,7 @@ struct Judgement {
 struct VertexPair {
     VertexPair(int32_t x, int32_t y) : a(x < y ? x : y), b(x < y ? y : x) {}
     friend bool operator<(const VertexPair& x, const VertexPair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; }
+    friend bool operator==(const VertexPair& x, const VertexPair& y) { return x.a == y.a && x.b == y.b; }
     int32_t a, b;
 };
 
@@ -98,6 +99,8 @@ private:
     Status search(int64_t most); // trials
     Status try_without(const Array<int32_t>& vertices, int64_t most, bool& kept);
     void gather_region(int32_t v, int64_t most);
+    void remember_nld();
+    int64_t slot_of(const VertexPair& edge) const;
     bool is_in_excess(int32_t v) const;
     bool is_centre(int32_t v) const;
     void drop_centre(int64_t i);
@@ -134,7 +137,7 @@ private:
     };
     Array<Centre> centres; // of the search
     Array<int32_t> region;
-    Array<VertexPair> nld_at_start; // sorted; a part's is another name for the whole's
+    Array<VertexPair> nld_at_start; // a hash table; a part's is another name for the whole's
     Array<int32_t> own;             // split vertices that this loop made and may take out, some perhaps twice or gone
     double share = 1;               // of the NLD edges of the mesh
     uint64_t random_state = 0;

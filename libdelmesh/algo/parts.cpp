@@ -24,6 +24,7 @@ namespace {
 constexpr int64_t kEdgesPerPart = 1024; // at least: a smaller part is mostly border
 constexpr int32_t kMostLevels = 6;
 constexpr uint8_t kNobody = 255;
+constexpr int64_t kGrain = 1024; // edges whose part is looked for
 
 constexpr int64_t kStepsPerSlice = 65536; // of all parts together, flips and splits: about a tenth of a second. A trial is eight.
 constexpr int kMostTurns = 8, kMostRefills = 64;
@@ -165,15 +166,15 @@ private:
     Status find_owners() {
         Surface& s = whole.s;
         owner.resize_uninitialized(s.vertices());
-        constexpr int64_t kGrain = 16384;
-        DM_TRY(whole.context.parallel(s.vertices(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+        constexpr int64_t kVertexGrain = 16384;
+        DM_TRY(whole.context.parallel(s.vertices(), kVertexGrain, [&](int64_t, int64_t begin, int64_t end) {
             for (int64_t v = begin; v < end; ++v) {
                 const uint8_t cell = cells.of(s.at(static_cast<int32_t>(v)));
                 owner[v] = cell == kNobody ? kNobody : part_of_cell[cell];
             }
         }));
         Array<uint8_t> at_border(whole.context.memory(), s.vertices(), 0);
-        DM_TRY(whole.context.parallel(s.faces(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+        DM_TRY(whole.context.parallel(s.faces(), kVertexGrain, [&](int64_t, int64_t begin, int64_t end) {
             const auto mark = [&](int32_t v) { std::atomic_ref<uint8_t>(at_border[v]).store(1, std::memory_order_relaxed); };
             for (int32_t f = static_cast<int32_t>(begin); f < end; ++f) {
                 if (s.is_dead(f)) continue;
@@ -213,9 +214,12 @@ private:
     Status hand_out() {
         Memory& memory = whole.context.memory();
         const int32_t most = 1 << cells.levels;
-        int32_t edges[1 << kMostLevels] = {};
-        for (const Loop::Entry& e : whole.ready)
-            if (const uint8_t part = owner_of(e.corner); part != kNobody) ++edges[part];
+        Array<uint8_t> part_of(memory, whole.ready.size());
+        DM_TRY(whole.context.parallel(part_of.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i) part_of[i] = owner_of(whole.ready[i].corner);
+        }));
+        int32_t edges[kNobody + 1] = {};
+        for (const uint8_t part : part_of) ++edges[part];
         const double all = static_cast<double>(whole.ready.size());
         parts = static_cast<Part*>(memory.allocate(static_cast<size_t>(most) * sizeof(Part)));
         for (int32_t i = 0; i < most; ++i) {
@@ -234,13 +238,11 @@ private:
         }
         supply();
         int64_t left = 0;
-        for (const Loop::Entry& e : whole.ready) {
-            const uint8_t part = owner_of(e.corner);
-            if (part == kNobody)
-                whole.ready[left++] = e;
+        for (int64_t i = 0; i < part_of.size(); ++i)
+            if (part_of[i] == kNobody)
+                whole.ready[left++] = whole.ready[i];
             else
-                parts[part].loop.ready.push_back(e);
-        }
+                parts[part_of[i]].loop.ready.push_back(whole.ready[i]);
         Array<Loop::Entry> rest(memory);
         rest.reserve(left);
         for (int64_t i = 0; i < left; ++i) rest.push_back(whole.ready[i]);
@@ -469,7 +471,6 @@ private:
         Memory& memory = whole.context.memory();
         Array<Loop::Entry>& ready = whole.ready;
         Array<uint8_t> cell(memory, ready.size());
-        constexpr int64_t kGrain = 1024;
         DM_TRY(whole.context.parallel(ready.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
             for (int64_t i = begin; i < end; ++i) cell[i] = cell_of(ready[i].corner);
         }));

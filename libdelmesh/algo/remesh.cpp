@@ -12,6 +12,7 @@
 #include "algo/flat_patches.h"
 #include "algo/growth.h"
 #include "algo/hand_out.h"
+#include "algo/nld_scan.h"
 #include "algo/parallel_slices.h"
 #include "algo/repair.h"
 #include "base/box.h"
@@ -105,18 +106,38 @@ double range_scale(double largest) {
     return exponent > -200 && exponent < 200 ? 1 : std::ldexp(1.0, -std::min(std::max(exponent, -1000), 1000));
 }
 
-// The copy as it is, and without what its precision made degenerate. marks: what scan_faces finds on it; empty if that was so
-// before a repair only.
+// What scan_faces finds on the mesh or on its copy.
+template <class Real>
+Status scan(Context& context, const ScanView<Real>& view, const delmesh_remesh_options& options, Array<uint8_t>& marks,
+            Certificate& found) {
+    marks.resize_uninitialized(view.faces);
+    return scan_faces(context, view, options.boundary == DELMESH_BOUNDARY_NONOBTUSE, marks.data(), found);
+}
+Status scan(Context& context, const Mesh& in, const delmesh_remesh_options& options, Array<uint8_t>& marks, Certificate& found) {
+    const auto view = [&](const auto& positions) {
+        return ScanView{in.corner_vert.data(), in.corner_twin.data(), positions.data(), in.faces()};
+    };
+    return in.precision == Precision::f32 ? scan(context, view(in.pos32), options, marks, found)
+                                          : scan(context, view(in.pos64), options, marks, found);
+}
+
+// How many vertices `preserve` may be expected to add where so many edges are NLD.
+int64_t room_for_splits(const Certificate& found) {
+    const int64_t nld = found.nld_interior + found.nld_boundary;
+    return nld + nld / 2;
+}
+
+// The copy as it is, and without what its precision made degenerate. marks: what scan_faces found on the mesh, if the copy is the
+// same; then what it finds on the copy, empty if that was so before a repair only.
 Status look_and_repair(Context& context, const delmesh_remesh_options& options, Surface& s, Extent& extent, Array<uint8_t>& marks,
-                       delmesh_remesh_report& report) {
+                       Certificate& given, delmesh_remesh_report& report) {
     DM_TRY(find_extent(context, s, extent));
     if (extent.first_not_finite >= 0)
         return context.fail(DELMESH_ERROR_PRECISION, "Vertex %d was out of the output precision's range.",
                             extent.first_not_finite);
-    marks.resize_uninitialized(s.faces());
-    const ScanView<double> view{s.corner_vert.data(), s.corner_twin.data(), &s.pos.data()->x, s.faces()};
-    Certificate given;
-    DM_TRY(scan_faces(context, view, options.boundary == DELMESH_BOUNDARY_NONOBTUSE, marks.data(), given));
+    if (marks.empty())
+        DM_TRY(scan(context, ScanView<double>{s.corner_vert.data(), s.corner_twin.data(), &s.pos.data()->x, s.faces()}, options,
+                    marks, given));
     if (given.zero_area_faces == 0) return DELMESH_OK;
     Array<int32_t> zero_area(context.memory());
     for_each_marked(marks.data(), s.faces(), [&](int32_t f) {
@@ -220,10 +241,12 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     if (in.faces() == 0) return context.fail(DELMESH_ERROR_NO_SURFACE, "The mesh had no face.");
 
     DM_TRY(context.stage("repair", 0, 0.1));
-    Surface surface(context, in, precision);
-    Extent extent;
     Array<uint8_t> marks(context.memory());
-    DM_TRY(look_and_repair(context, options, surface, extent, marks, report));
+    Certificate given;
+    if (in.precision == precision) DM_TRY(scan(context, in, options, marks, given));
+    Surface surface(context, in, precision, preserve ? room_for_splits(given) : 0);
+    Extent extent;
+    DM_TRY(look_and_repair(context, options, surface, extent, marks, given, report));
     // Far from 1, float64 lengths lose the range that their products need. Input vertices are handed out as they were given, and
     // the certificate looks at those.
     double largest = whole != nullptr ? whole->largest : extent.box.largest_coordinate();

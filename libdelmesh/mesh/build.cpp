@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/hash.h"
 #include "mesh/connect.h"
 #include "mesh/triangulate.h"
 #include "mesh/views.h"
@@ -18,19 +19,6 @@ namespace {
 using LL = long long; // for %lld
 
 constexpr int64_t kGrain = 1 << 15; // vertices or faces per block
-
-// Spreads the bits of `key` over all 64: for tables whose size is a power of two.
-inline uint64_t scramble(uint64_t key) {
-    key ^= key >> 32;
-    key *= 0x9e3779b97f4a7c15u;
-    key ^= key >> 29;
-    key *= 0xbf58476d1ce4e5b9u;
-    return key ^ (key >> 32);
-}
-
-inline int64_t table_size(int64_t entries) { // at most two thirds full
-    return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(entries + entries / 2 + 2)));
-}
 
 inline uint64_t bits_of(float x) {
     return std::bit_cast<uint32_t>(x);

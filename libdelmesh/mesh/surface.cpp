@@ -6,13 +6,18 @@
 
 namespace dm {
 
-Surface::Surface(Context& context, const Mesh& in, Precision precision)
+Surface::Surface(Context& context, const Mesh& in, Precision precision, int64_t room)
     : pos(context.memory()), corner_vert(context.memory()), corner_twin(context.memory()), corner_bits(context.memory()),
       vert_corner(context.memory()), face_src(context.memory()), cut_slots(context.memory()), vert_root(context.memory()),
       copy_of(context.memory()), carriers(context.memory()), carrier_splits(context.memory()), split_vertices(context.memory()),
       pins(context.memory()), changes_(context.memory()), changed_bits_(context.memory()), changed_slots_(context.memory()),
       new_verts_(context.memory()), new_faces_(context.memory()), new_carriers_(context.memory()) {
     const int32_t vertex_count = in.vertices(), corner_count = in.corners();
+    for (Array<int32_t>* corners_array : {&corner_vert, &corner_twin}) corners_array->reserve(corner_count + 6 * room);
+    corner_bits.reserve(corner_count + 6 * room);
+    face_src.reserve(corner_count / 3 + 2 * room);
+    vert_corner.reserve(vertex_count + room);
+    pos.reserve(vertex_count + room);
     pos.resize_uninitialized(vertex_count);
     corner_vert.resize_uninitialized(corner_count);
     corner_twin.resize_uninitialized(corner_count);

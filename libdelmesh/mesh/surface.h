@@ -32,8 +32,8 @@ struct SplitVertex {
 
 class Surface {
 public:
-    // Copies `in`, coordinates rounded to `precision`.
-    Surface(Context& context, const Mesh& in, Precision precision);
+    // Copies `in`, coordinates rounded to `precision`. room: for so many more vertices nothing has to be moved.
+    Surface(Context& context, const Mesh& in, Precision precision, int64_t room = 0);
 
     // A part of `whole` for one thread: the same surface under another name, with numbers of its own for what it adds.
     // Parts may be edited at the same time, `whole` not: an edit is allowed where all four vertices around its edge are the
