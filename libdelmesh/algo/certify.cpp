@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "algo/certify.h"
 
-#include <algorithm>
-
 #include "algo/nld_scan.h"
 
 namespace dm {
@@ -28,8 +26,9 @@ Status certify_mesh(Context& context, const Mesh& mesh, bool boundary_rule, Cert
 
 Status certify_unfrozen(Context& context, const Mesh& mesh, bool boundary_rule, Certificate& out, int64_t& outside) {
     outside = 0;
-    if (std::none_of(mesh.corner_bits.begin(), mesh.corner_bits.end(), [](uint8_t bits) { return (bits & kEdgeFrozen) != 0; }))
-        return certify_mesh(context, mesh, boundary_rule, out, nullptr, nullptr);
+    uint8_t bits_of_all = 0;
+    for (const uint8_t bits : mesh.corner_bits) bits_of_all |= bits; // many at a time
+    if ((bits_of_all & kEdgeFrozen) == 0) return certify_mesh(context, mesh, boundary_rule, out, nullptr, nullptr);
     Array<int32_t> corners(context.memory()), faces(context.memory());
     Certificate all;
     DM_TRY(certify_mesh(context, mesh, boundary_rule, all, &corners, &faces));

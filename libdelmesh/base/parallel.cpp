@@ -50,9 +50,12 @@ void ThreadPool::start_threads() {
     }
 }
 
-void ThreadPool::take_tasks() {
-    for (int32_t i = next_.fetch_add(1, std::memory_order_relaxed); i < count_; i = next_.fetch_add(1, std::memory_order_relaxed))
-        task_(data_, i);
+// The caller begins with the first task, the others with the last. So neighbouring tasks, which often write to the same (huge) page
+// of new memory, seldom meet there, and from one run to the next a thread finds the end that it had.
+void ThreadPool::take_tasks(bool caller) {
+    int32_t first = 0;
+    while (taken_.fetch_add(1, std::memory_order_relaxed) < count_)
+        task_(data_, caller ? first++ : last_.fetch_sub(1, std::memory_order_relaxed));
 }
 
 // A thread that sleeps takes some tens of microseconds to wake up, as long as a short run takes. The next run is often near: who
@@ -74,7 +77,7 @@ void ThreadPool::work() {
         seen = generation_;
         ++working_;
         lock.unlock();
-        take_tasks();
+        take_tasks(false);
         lock.lock();
         if (--working_ == 0) finished_.notify_one();
         lock.unlock();
@@ -100,15 +103,16 @@ void ThreadPool::run(int32_t count, delmesh_task_fn task, void* data) {
         task_ = task;
         data_ = data;
         count_ = count;
-        next_.store(0, std::memory_order_relaxed);
+        taken_.store(0, std::memory_order_relaxed);
+        last_.store(count - 1, std::memory_order_relaxed);
         ++generation_;
     }
     wake_.notify_all();
-    take_tasks();
+    take_tasks(true);
     stay_awake([&] { return working_ == 0; });
     std::unique_lock<std::mutex> lock(mutex_);
     finished_.wait(lock, [&] { return working_ == 0; });
-    // A thread that wakes only now finds no task left: count_ stays valid and next_ is past it.
+    // A thread that wakes only now finds no task left: count_ stays valid and taken_ is past it.
 }
 
 } // namespace dm

@@ -28,8 +28,8 @@ private:
     static constexpr int32_t kMostThreads = 64;
 
     void start_threads();
-    void work();       // a thread's life
-    void take_tasks(); // until none is left
+    void work();                  // a thread's life
+    void take_tasks(bool caller); // until none is left
     template <class Done>
     static void stay_awake(Done&& done);
 
@@ -49,7 +49,8 @@ private:
     delmesh_task_fn task_ = nullptr;
     void* data_ = nullptr;
     int32_t count_ = 0;
-    std::atomic<int32_t> next_{0};
+    std::atomic<int32_t> taken_{0}; // or more: a thread that finds none has counted too
+    std::atomic<int32_t> last_{-1}; // for threads that are not the caller
 };
 
 } // namespace dm
