@@ -20,8 +20,8 @@
 namespace dm {
 namespace {
 
-constexpr int64_t kLeastRegion = 2;      // vertices taken out together
-constexpr double kLeastTrials = 8192;    // in a round
+constexpr int64_t kLeastRegion = 2;   // vertices taken out together
+constexpr double kLeastTrials = 8192; // in a round
 // With effort 1.
 constexpr double kVerticesPerTrial = 10;     // of the input
 constexpr double kVerticesPerShortTrial = 8; // the same where trials do not wander

@@ -131,7 +131,7 @@ private:
         bool running = false, failed = false;
         int64_t splits_left = 0;
     } trial;
-    Array<int32_t> trial_made;      // split vertices
+    Array<int32_t> trial_made; // split vertices
     struct Centre {
         int32_t vert, failures; // of trials around it
     };

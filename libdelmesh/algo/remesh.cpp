@@ -213,13 +213,7 @@ int32_t edge_met_twice(const Mesh& mesh) {
 Status count(Context& context, const Mesh& in, bool repaired, Mesh& out) {
     if (repaired) return count_mesh(context, out);
     MeshCounts& n = out.counts;
-    constexpr int64_t kGrain = 1 << 16;
-    Array<int32_t> blocks(context.memory(), block_count(out.corners(), kGrain));
-    DM_TRY(context.parallel(out.corners(), kGrain, [&](int64_t block, int64_t begin, int64_t end) {
-        blocks[block] = static_cast<int32_t>(
-            std::count_if(out.corner_twin.data() + begin, out.corner_twin.data() + end, [](int32_t twin) { return twin < 0; }));
-    }));
-    for (const int32_t boundary_edges : blocks) n.boundary_edges += boundary_edges;
+    DM_TRY(count_boundary_edges(context, out, n.boundary_edges));
     n.edges = (out.corners() + n.boundary_edges) / 2;
     n.components = in.counts.components;
     n.boundary_loops = in.counts.boundary_loops;

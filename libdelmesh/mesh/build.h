@@ -18,5 +18,6 @@ Status build_mesh(Context& context, const MeshInput& input, Mesh& out);
 
 // Edges, boundary, components, loops and Euler characteristic of a finished connectivity; leaves the repair counts alone.
 Status count_mesh(Context& context, Mesh& mesh);
+Status count_boundary_edges(Context& context, const Mesh& mesh, int64_t& count);
 
 } // namespace dm

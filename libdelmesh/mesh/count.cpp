@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The numbers that describe the topology of a finished mesh.
 #include <algorithm>
+#include <atomic>
 #include <limits>
 
 #include "mesh/build.h"
@@ -9,6 +10,8 @@
 
 namespace dm {
 namespace {
+
+constexpr int64_t kVertexGrain = 1 << 14, kFaceGrain = 64, kFacesTogether = 128; // the last: so many times kFaceGrain
 
 // Components of faces connected through edges. The faces of a vertex are one fan, so these are the components of vertices too:
 // each vertex is hung under its least neighbour, which leaves a few trees to be joined.
@@ -29,28 +32,60 @@ Status count_components(Context& context, const Mesh& mesh, int64_t& components,
         }
     }));
     int32_t* const parent = parents.data();
-    for (int64_t k = 1; k < slices; ++k)
-        for (int64_t v = 0; v < vertices; ++v) parent[v] = std::min(parent[v], parents[k * vertices + v]);
-    for (int32_t v = 0; v < mesh.vertices(); ++v) { // parents come first, so theirs are roots by now
-        if (parent[v] == kUnused)
-            ++isolated;
-        else if (parent[v] == v)
-            ++components;
-        else
-            parent[v] = parent[parent[v]];
-    }
+    if (slices > 1)
+        DM_TRY(context.parallel(vertices, kVertexGrain, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t k = 1; k < slices; ++k)
+                for (int64_t v = begin; v < end; ++v) parent[v] = std::min(parent[v], parents[k * vertices + v]);
+        }));
+    // Parents come first, so theirs are roots by now; at the beginning of a block another thread may still be about to find them.
+    struct Block {
+        int64_t roots = 0, isolated = 0;
+    };
+    Array<Block> blocks(context.memory(), (vertices + kVertexGrain - 1) / kVertexGrain, Block{});
+    DM_TRY(context.parallel(vertices, kVertexGrain, [&](int64_t k, int64_t begin, int64_t end) {
+        const auto parent_of = [&](int32_t v) { return std::atomic_ref(parent[v]).load(std::memory_order_relaxed); };
+        Block block;
+        for (int32_t v = static_cast<int32_t>(begin); v < end; ++v) {
+            int32_t p = parent[v];
+            if (p == kUnused) {
+                ++block.isolated;
+            } else if (p == v) {
+                ++block.roots;
+            } else {
+                for (int32_t next = parent_of(p); next != p; next = parent_of(p)) p = next;
+                std::atomic_ref(parent[v]).store(p, std::memory_order_relaxed);
+            }
+        }
+        blocks[k] = block;
+    }));
+    for (const Block& block : blocks) components += block.roots, isolated += block.isolated;
     if (components == 1) return DELMESH_OK;
+    // Faces where trees meet are few and close to each other.
+    const auto joins = [&](int64_t c) {
+        return parent[vert[c]] != parent[vert[c + 1]] || parent[vert[c]] != parent[vert[c + 2]];
+    };
+    Array<uint8_t> with_joins(context.memory(), (faces + kFaceGrain - 1) / kFaceGrain);
+    DM_TRY(context.parallel(with_joins.size(), kFacesTogether, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t k = begin; k < end; ++k) {
+            bool any = false;
+            for (int64_t f = k * kFaceGrain; f < std::min(faces, (k + 1) * kFaceGrain); ++f) any |= joins(3 * f);
+            with_joins[k] = any;
+        }
+    }));
     const auto root = [&](int32_t v) {
         while (parent[v] != v) v = parent[v] = parent[parent[v]];
         return v;
     };
-    return in_pieces(context, faces, 0.3, 0.6, [&](int64_t begin, int64_t end) {
-        for (int64_t c = 3 * begin; c < 3 * end; c += 3) {
-            if (parent[vert[c]] == parent[vert[c + 1]] && parent[vert[c]] == parent[vert[c + 2]]) continue;
-            for (int k = 1; k < 3; ++k) {
-                const int32_t p = root(vert[c]), q = root(vert[c + k]);
-                components -= p != q;
-                parent[std::max(p, q)] = std::min(p, q);
+    return in_pieces(context, with_joins.size(), 0.3, 0.6, [&](int64_t begin, int64_t end) {
+        for (int64_t k = begin; k < end; ++k) {
+            if (with_joins[k] == 0) continue;
+            for (int64_t c = 3 * k * kFaceGrain; c < 3 * std::min(faces, (k + 1) * kFaceGrain); c += 3) {
+                if (!joins(c)) continue;
+                for (int i = 1; i < 3; ++i) {
+                    const int32_t p = root(vert[c]), q = root(vert[c + i]);
+                    components -= p != q;
+                    parent[std::max(p, q)] = std::min(p, q);
+                }
             }
         }
         return DELMESH_OK;
@@ -60,7 +95,7 @@ Status count_components(Context& context, const Mesh& mesh, int64_t& components,
 Status count_loops(Context& context, const Mesh& mesh, int64_t& boundary_edges, int64_t& loops) {
     const int64_t corners = mesh.corners();
     const int32_t* twin = mesh.corner_twin.data();
-    for (int64_t c = 0; c < corners; ++c) boundary_edges += twin[c] < 0;
+    DM_TRY(count_boundary_edges(context, mesh, boundary_edges));
     if (boundary_edges == 0) return DELMESH_OK;
     Array<uint8_t> walked(context.memory(), corners, 0);
     return in_pieces(context, corners, 0.8, 1, [&](int64_t begin, int64_t end) {
@@ -78,6 +113,19 @@ Status count_loops(Context& context, const Mesh& mesh, int64_t& boundary_edges, 
 }
 
 } // namespace
+
+Status count_boundary_edges(Context& context, const Mesh& mesh, int64_t& count) {
+    constexpr int64_t kGrain = 1 << 16;
+    const int64_t corners = mesh.corners();
+    Array<int32_t> blocks(context.memory(), (corners + kGrain - 1) / kGrain);
+    DM_TRY(context.parallel(corners, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+        blocks[block] = static_cast<int32_t>(
+            std::count_if(mesh.corner_twin.data() + begin, mesh.corner_twin.data() + end, [](int32_t twin) { return twin < 0; }));
+    }));
+    count = 0;
+    for (const int32_t of_block : blocks) count += of_block;
+    return DELMESH_OK;
+}
 
 Status count_mesh(Context& context, Mesh& mesh) {
     MeshCounts& counts = mesh.counts;
