@@ -217,14 +217,16 @@ Status grow_flat_patches(Context& context, const Surface& s, double thickness, F
             const Vec3& a = pos[verts[3 * f]];
             const Vec3 area = cross(pos[verts[3 * f + 1]] - a, pos[verts[3 * f + 2]] - a);
             const double most = slab * length_squared(area);
-            for (int32_t k = 3 * f; k < 3 * f + 3 && is_seed[f] == 0; ++k) {
+            bool unclear = !(thickness > 0); // nearly always it is clear that no neighbour lies in the slab
+            for (int32_t k = 3 * f; k < 3 * f + 3; ++k) {
                 if (twins[k] < 0) continue;
                 const double volume = dot(area, pos[verts[prev_corner(twins[k])]] - a);
-                Vec3 n;
-                double height;
-                if (thickness > 0 && volume * volume > most) continue;
-                is_seed[f] = unit_normal(f, n) && takes(k, n, a, 0, 0, height) ? 1 : 0;
+                unclear |= !(volume * volume > most);
             }
+            Vec3 n;
+            double height;
+            if (!unclear || !unit_normal(f, n)) continue;
+            for (int32_t k = 3 * f; k < 3 * f + 3 && is_seed[f] == 0; ++k) is_seed[f] = takes(k, n, a, 0, 0, height) ? 1 : 0;
         }
     }));
     struct Seed {
