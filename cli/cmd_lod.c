@@ -376,7 +376,7 @@ static void say_unreached(const Lod* l) {
             reason = "further collapses would leave an edge that is not Delaunay, or a fold";
             break;
         case DELMESH_STOPPED_BY_FEATURES:
-            reason = "further collapses would move corners, features, boundaries or what is locked";
+            reason = "further collapses would move corners, features, boundaries or what is locked, or cost the rest too much";
             break;
         case DELMESH_STOPPED_BY_BOUND:
             reason = "making the mesh Delaunay had spent the deviation";

@@ -410,8 +410,8 @@ enum {
     DELMESH_STOPPED_BY_TARGET = 0,   /* the target was reached; a deviation: no collapse was left that keeps it */
     DELMESH_STOPPED_BY_TOPOLOGY = 1, /* any further collapse would change components, boundary loops or genus */
     DELMESH_STOPPED_BY_DELAUNAY = 2, /* ... or leave an edge that is not Delaunay and may not be flipped, or a fold */
-    DELMESH_STOPPED_BY_FEATURES = 3, /* ... or move what stays: corners, features, boundaries, locked vertices, the region's
-                                        border */
+    DELMESH_STOPPED_BY_FEATURES = 3, /* ... or move what stays: corners, features, boundaries, locked vertices, the region's border;
+                                      * or the rest would have to pay for features that cannot get coarser */
     DELMESH_STOPPED_BY_BOUND = 4     /* the deviation had been exceeded before the first collapse */
 };
 

@@ -56,6 +56,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         for (int k = 0; k < 3; ++k) {
             const int32_t c = 3 * f + k;
             if (s.is_frozen(c)) special[v[k]] = special[v[(k + 1) % 3]] = 255;
+            has_lines |= s.is_kept(c);
             if (!s.is_boundary(c) && !s.is_kept(c)) continue;
             const int32_t a = v[k], b = v[(k + 1) % 3];
             if (is_cut(s.twin(c))) special[a] = special[b] = 255;
@@ -70,13 +71,33 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         }
     }
     for (int32_t v = 0; v < all; ++v) {
-        const bool locked = verts[v].locked = locked_verts != nullptr && locked_verts[v] != 0;
-        // A line may get shorter from where it ends inside: noise has many of these.
-        verts[v].kind = locked || special[v] > 2 ? Kind::corner : special[v] > 0 ? Kind::crease : Kind::smooth;
+        verts[v].locked = special[v] == 255 || (locked_verts != nullptr && locked_verts[v] != 0);
+        verts[v].kind = verts[v].locked ? Kind::corner : kind_among(special[v]);
         if (vert_weights != nullptr) verts[v].quadric *= vert_weights[v] / most_weight;
     }
     queue.begin((all >> kPartBits) + 1, s.corners() / 2);
     return sweep();
+}
+
+// The lines at a vertex merge and end as the mesh gets coarser. Whoever has fewer of them now may do more; its edges are looked at
+// again.
+void Decimator::find_kind_again(int32_t v) {
+    Vertex& vert = verts[v];
+    if (vert.kind == Kind::smooth || vert.locked) return;
+    const int32_t start = s.vert_corner[v];
+    int lines = 0;
+    int32_t c = start;
+    do {
+        lines += s.is_boundary(c) || s.is_kept(c);
+        const int32_t last = prev_corner(c);
+        c = s.twin(last);
+        lines += c < 0;
+    } while (c >= 0 && c != start);
+    const Kind kind = kind_among(lines);
+    if (kind == vert.kind) return;
+    vert.kind = kind;
+    ++vert.version;
+    push_around(v);
 }
 
 // Which of the two is it, and may it be at all?
@@ -198,7 +219,15 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
     const auto wanted = [&] { return std::max(vertices_left - most_vertices, (faces_left - most_faces) / 2); };
     int64_t at_sweep = -1;
     stopped_by = DELMESH_STOPPED_BY_TARGET;
+    int64_t look_at = guard == nullptr && has_lines ? vertices_left : -1; // a guard says itself what is out of proportion
     while (!reached()) {
+        if (vertices_left <= look_at) {
+            if (lines_hold_back()) {
+                stopped_by = DELMESH_STOPPED_BY_FEATURES;
+                return DELMESH_OK;
+            }
+            look_at = vertices_left - vertices_left / 16;
+        }
         DM_TRY(context.progress((from - static_cast<double>(vertices_left)) / (from - to + 1)));
         const int rounds_between = guard != nullptr ? 1 : 64; // a guard may take milliseconds for one collapse
         for (int rounds = 0; rounds < rounds_between && !reached(); ++rounds) {
@@ -230,6 +259,26 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
         }
     }
     return DELMESH_OK;
+}
+
+// Kept edges may not be flipped, so lines that are close to each other cannot get coarser than they are far apart. What the rest is
+// made to pay for that is out of proportion where many of them would have gone long ago.
+bool Decimator::lines_hold_back() const {
+    constexpr double kCheap = 0.01; // of the dearest collapse: a tenth of the distance
+    constexpr int64_t kMany = 4;    // one of them for so many vertices
+    constexpr double kSeen = 1e-12; // a thousandth of the model's size over a millionth of its square; below that it may be noise
+    if (cost < kSeen) return false;
+    int64_t held = 0;
+    for (int32_t c = 0; c < s.corners(); ++c) {
+        if (!s.is_kept(c) || s.twin(c) < c || s.is_dead(face_of(c))) continue;
+        const Vertex &p = verts[s.vert(c)], &q = verts[s.head(c)];
+        if (p.kind == Kind::corner && q.kind == Kind::corner) continue; // that is what corners are for
+        const Quadric sum = p.quadric + q.quadric;
+        const double at_p = sum.at(s.at(s.vert(c)) - origin), at_q = sum.at(s.at(s.head(c)) - origin);
+        const double error = p.kind == Kind::corner ? at_p : q.kind == Kind::corner ? at_q : std::min(at_p, at_q);
+        held += error < kCheap * cost;
+    }
+    return kMany * held > vertices_left;
 }
 
 Status Decimator::prune(double diagonal, int64_t& pruned) {
@@ -373,6 +422,7 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
 bool Decimator::commit(const Star& star, const Place& place, double most, double& total) {
     const int32_t c = star.c, p = s.vert(c), q = s.head(c);
     const Vec3 before = s.at(p), at_q = s.at(q);
+    const int32_t apexes[2] = {s.apex(c), s.twin(c) < 0 ? -1 : s.apex(s.twin(c))};
     const bool needs_flips = place.trial.nld != 0, may_fail = needs_flips || guard != nullptr;
     if (may_fail) s.begin_trial();
     const int32_t t = s.twin(c), gone = t < 0 ? 1 : 2;
@@ -415,6 +465,7 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
     if (may_fail) s.keep_trial();
     verts[p].quadric += verts[q].quadric;
     verts[p].kind = std::max(verts[p].kind, verts[q].kind);
+    verts[p].locked |= verts[q].locked;
     ++verts[p].version;
     ++verts[q].version;
     merged_into[q] = p;
@@ -429,6 +480,9 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
     push_around(p);
     for (const int32_t k : flipped)
         if (s.vert(k) != p && s.head(k) != p) push(k);
+    if (verts[p].kind != Kind::smooth) // no line is near otherwise
+        for (const int32_t v : {p, apexes[0], apexes[1]})
+            if (v >= 0) find_kind_again(v);
     return true;
 }
 

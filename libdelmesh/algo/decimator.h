@@ -66,7 +66,7 @@ private:
         Quadric quadric;
         uint32_t version = 0; // counts changes of its place and quadric
         Kind kind = Kind::smooth;
-        bool locked = false;
+        bool locked = false; // by the caller, a cut or the region: a corner whatever becomes of its edges
     };
     // What is known of an edge since its ends changed: nothing; its optimum cost too much for where the entry was; flips do not
     // help.
@@ -108,6 +108,9 @@ private:
     };
 
     // -- decimator.cpp
+    // A line may get shorter from where it ends inside: noise has many of these.
+    static Kind kind_among(int lines) { return lines > 2 ? Kind::corner : lines > 0 ? Kind::crease : Kind::smooth; }
+    void find_kind_again(int32_t v);
     void push(int32_t c);
     void push_around(int32_t v);
     void enqueue(int32_t bucket, const Entry& e) { queue.push(e.p >> kPartBits, bucket, e); }
@@ -118,6 +121,7 @@ private:
     Vec3 optimum(const Quadric& q, int32_t p_vert, int32_t q_vert) const;
     void attempt(int32_t c, Tried tried, int32_t bucket);
     Status sweep();
+    bool lines_hold_back() const;
     bool commit(const Star& star, const Place& place, double most, double& total);
     bool flip_until_delaunay(double budget, double& moved);
 
@@ -141,6 +145,7 @@ private:
     const DecimationRules& rules;
     Vec3 origin{0, 0, 0};       // of the quadrics: the numbers in them are then of the model's size
     double flip_weight = 1;     // in units of the quadrics
+    bool has_lines = false;     // kept edges
     bool guard_refused = false; // in the attempt at hand
     Array<Vertex> verts;
     BucketQueue<Entry> queue;

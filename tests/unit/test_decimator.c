@@ -480,6 +480,74 @@ static int32_t lines_of(const double* p, int32_t n) { /* on how many pairs of th
     for (int k = 0; k < 3; ++k) on += fabs(p[k]) < 1e-5 || fabs(p[k] - n) < 1e-5;
     return on;
 }
+static void check_kinds(const shim_decimator* d, const shim_decimation* s) { /* where nothing is locked */
+    int32_t* const lines = (int32_t*)calloc((size_t)s->vertices, sizeof(int32_t));
+    for (int32_t c = 0; c < s->corners; ++c) {
+        if (s->corner_vert[c] < 0 || s->corner_twin[c] >= c) continue;
+        if (s->corner_twin[c] >= 0 && (s->corner_bits[c] & (MARKED | DELMESH_EDGE_FEATURE)) == 0) continue;
+        ++lines[s->corner_vert[c]];
+        ++lines[s->corner_vert[c % 3 == 2 ? c - 2 : c + 1]];
+    }
+    for (int32_t v = 0; v < s->vertices; ++v)
+        if (s->vert_corner[v] >= 0) assert_int_equal(shim_decimator_kind(d, v), lines[v] > 2 ? 2 : lines[v] > 0 ? 1 : 0);
+    free(lines);
+}
+
+/* Noise: single feature edges, pairs, and triangles of them. Once they have shrunk to nothing, they hold nothing. */
+static void test_specks(void** state) {
+    (void)state;
+    const shim_decimation_rules rules = shim_decimation_defaults();
+    shim_mesh* const m = delaunay_of(torus(40, 20, 0.02, 4));
+    const shim_arrays a = shim_mesh_arrays(m);
+    for (int32_t c = 0; c < a.corners; ++c)
+        if (c % 31 == 0 || c % 93 < 3)
+            shim_set_edge_bits(m, a.corner_vert[c], a.corner_vert[c % 3 == 2 ? c - 2 : c + 1], DELMESH_EDGE_FEATURE);
+    shim_decimator* const d = begun(m, &rules);
+    int fewer = 0;
+    for (int64_t target = 400; target >= 50; target /= 2) {
+        const shim_decimation s = run_to(d, &rules, target, 0);
+        assert_int_equal(s.vertices_left, target);
+        check_kinds(d, &s);
+        for (int32_t v = 0; v < s.vertices; ++v) fewer += s.vert_corner[v] >= 0 && shim_decimator_kind(d, v) == 0;
+    }
+    assert_true(fewer > 0);
+    shim_decimator_free(d);
+    shim_mesh_free(m);
+}
+
+/* Two lines around a ball, as close as its vertices are: edges of either can only get so long before the other's vertices see them
+ * under an obtuse angle. The rest must not pay for that. */
+static void test_close_lines(void** state) {
+    (void)state;
+    enum { N = 24 };
+    const shim_decimation_rules rules = shim_decimation_defaults();
+    soup lattice = cube(N), b = ball(N);
+    shim_mesh* const raw = made_of_soup(&b);
+    for (int32_t k = 0; k < 3 * b.faces; ++k) {
+        const int32_t p = b.corners[k], q = b.corners[k % 3 == 2 ? k - 2 : k + 1];
+        const double *const x = lattice.points + 3 * p, *const y = lattice.points + 3 * q;
+        const int one = (x[1] != y[1]) + (x[2] != y[2]) == 1;
+        if (one && x[0] == y[0] && (x[0] == N / 2 || x[0] == N / 2 + 1)) shim_set_edge_bits(raw, p, q, MARKED);
+    }
+    free_soup(&lattice);
+    free_soup(&b);
+    shim_mesh* const m = delaunay(raw);
+    shim_decimator* const d = begun(m, &rules);
+    int64_t left = 0;
+    for (int i = 0; i < 2; ++i) { /* and it does not go on when it is asked again */
+        const shim_decimation s = run_to(d, &rules, 20, 2);
+        check_kinds(d, &s);
+        assert_int_equal(s.stopped_by, DELMESH_STOPPED_BY_FEATURES);
+        assert_true(i == 0 || s.vertices_left == left);
+        left = s.vertices_left;
+        int64_t smooth = 0;
+        for (int32_t v = 0; v < s.vertices; ++v) smooth += s.vert_corner[v] >= 0 && shim_decimator_kind(d, v) == 0;
+        if (!(4 * smooth > left)) fail_msg("%d of %d vertices are not on lines", (int)smooth, (int)left);
+    }
+    shim_decimator_free(d);
+    shim_mesh_free(m);
+}
+
 static void test_marked_cube(void** state) {
     (void)state;
     enum { N = 6 };
@@ -519,6 +587,7 @@ static void test_marked_cube(void** state) {
             assert_true(lines_of(p, N) >= 2 && lines_of(q, N) >= 2);
         }
         assert_true(fabs(length_of_kept - 12 * N) < 1e-4);
+        check_kinds(d, &s);
     }
     shim_decimator_free(d);
     shim_mesh_free(m);
@@ -627,7 +696,8 @@ int main(void) {
         cmocka_unit_test(test_octahedron),     cmocka_unit_test(test_torus),
         cmocka_unit_test(test_marked_cube),    cmocka_unit_test(test_locked),
         cmocka_unit_test(test_same_twice),     cmocka_unit_test(test_region_alone),
-        cmocka_unit_test(test_postponed_once),
+        cmocka_unit_test(test_postponed_once), cmocka_unit_test(test_specks),
+        cmocka_unit_test(test_close_lines),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
