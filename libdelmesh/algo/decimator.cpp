@@ -420,6 +420,7 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
 // Collapses the edge, and flips what is not Delaunay then. If that costs more than `most`, or cannot be, everything is as before,
 // and `total` is what it would have cost, as far as it came; infinity if it cannot be.
 bool Decimator::commit(const Star& star, const Place& place, double most, double& total) {
+    if (folds(star, place.at)) return total = std::numeric_limits<double>::infinity(), false;
     const int32_t c = star.c, p = s.vert(c), q = s.head(c);
     const Vec3 before = s.at(p), at_q = s.at(q);
     const int32_t apexes[2] = {s.apex(c), s.twin(c) < 0 ? -1 : s.apex(s.twin(c))};
@@ -508,7 +509,7 @@ bool Decimator::flip_until_delaunay(double budget, double& moved) {
         for (const Vec3& m : new_normals)
             for (const Vec3& n : old_normals)
                 if (!turns_less(m, n, rules.fold_cosine)) return moved = kNever, false;
-        if (zero_area(a, y, x) || zero_area(b, x, y)) return moved = kNever, false;
+        if (zero_area(a, y, x) || zero_area(b, x, y) || flip_folds(c)) return moved = kNever, false;
         moved += moved_by_flip(a, b, x, y);
         if (moved > budget) return false;
         s.flip(c);

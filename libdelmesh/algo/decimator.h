@@ -7,8 +7,11 @@
 // The surface is Delaunay before and after every collapse.
 #pragma once
 
+#include <algorithm>
+
 #include "algo/bucket_queue.h"
 #include "algo/deviation_guard.h"
+#include "geom/angle.h"
 #include "geom/quadric.h"
 #include "mesh/surface.h"
 
@@ -87,7 +90,8 @@ private:
     };
     static constexpr int kPartBits = 13; // of the queue: 8192 vertices in a row, with all that is known of them 2 MB
     static constexpr int kMostSpokes = 96;
-    static constexpr double kStiffness = 1e-4; // of optima where the quadric leaves a choice
+    static constexpr double kSharpest = -0.866; // cosine between neighbouring normals that collapses and flips may bring about
+    static constexpr double kStiffness = 1e-4;  // of optima where the quadric leaves a choice
     struct Star {
         int32_t c; // p -> q
         int count; // faces; a closed star has as many spokes, an open one has one more
@@ -135,6 +139,13 @@ private:
     // -- star.cpp
     bool gather(int32_t c, Star& star) const; // false: the edge may not be collapsed
     Trial try_place(const Star& star, const Vec3& w) const;
+    bool folds(const Star& star, const Vec3& w) const;
+    double bend(int32_t c) const;
+    // Between faces with these normals; most are not sharp.
+    static void look_at_bend(const Vec3& m, const Vec3& n, double& sharpest) {
+        if (dot(m, n) < 0) sharpest = std::min(sharpest, cosine_between(m, n));
+    }
+    bool flip_folds(int32_t c) const;
 
     // -- placement.cpp
     Vec3 keep_volume(const Star& star, const Quadric& quadric, const Vec3& least) const;

@@ -61,11 +61,6 @@ double cotangent(const Vec3& apex, const Vec3& a, const Vec3& b) {
     return dot(u, v) / length(cross(u, v));
 }
 
-double cosine(const Vec3& m, const Vec3& n) {
-    const double size = length_squared(m) * length_squared(n);
-    return size > 0 ? dot(m, n) / std::sqrt(size) : -1;
-}
-
 Box box_of(const Mesh& a, const Mesh& b) {
     Box box = used_box(a);
     box.extend(used_box(b));
@@ -462,8 +457,8 @@ bool Relaxation::is_allowed(const Star& star, int32_t v, const Vec3& x) const {
     }
     // Many small turns must not fold either: no edge becomes sharper than the limit, or than it is.
     const auto folds = [&](const Vec3& m, const Vec3& n, const Vec3& m_was, const Vec3& n_was) {
-        const double bend = cosine(m, n);
-        return bend < kSharpest && bend < cosine(m_was, n_was);
+        const double bend = cosine_between(m, n);
+        return bend < kSharpest && bend < cosine_between(m_was, n_was);
     };
     for (int i = 0; i < star.count; ++i) {
         const Spoke& spoke = star.spokes[i];

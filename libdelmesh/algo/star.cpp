@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is around an edge, gathered once, so that places for the merged vertex can be tried without touching the surface.
 #include "algo/decimator.h"
-#include "geom/angle.h"
 #include "geom/predicates.h"
 
 namespace dm {
@@ -151,6 +150,53 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
         return trial;
     trial.possible = true;
     return trial;
+}
+
+// The cosine between the normals on both sides; 1 on the boundary.
+double Decimator::bend(int32_t c) const {
+    const int32_t t = s.twin(c);
+    if (t < 0) return 1;
+    const Vec3 &a = s.at(s.vert(c)), &b = s.at(s.head(c));
+    return cosine_between(cross(b - a, s.at(s.apex(c)) - a), cross(a - b, s.at(s.apex(t)) - b));
+}
+
+// Every face may turn a little in every collapse, and after many of these the surface lies on itself. So no edge may become sharper
+// than the limit where none is yet. Where one is, on blades, the next is as well.
+bool Decimator::folds(const Star& star, const Vec3& w) const {
+    double sharpest = kSharpest;
+    const auto normal = [&](int i) { return cross(star.spokes[i].at_ring - w, star.after(i).at_ring - w); };
+    Vec3 before = star.open ? Vec3{0, 0, 0} : normal(star.count - 1);
+    for (int i = 0; i < star.count; ++i) {
+        const Vec3 now = normal(i);
+        look_at_bend(now, before, sharpest);
+        const Vec3 &a = star.spokes[i].at_ring, &b = star.after(i).at_ring;
+        if (star.spokes[i].beyond >= 0) look_at_bend(now, cross(a - b, star.spokes[i].at_beyond - b), sharpest);
+        before = now;
+    }
+    if (sharpest == kSharpest) return false;
+    double was = bend(star.c);
+    for (int i = 0; i < star.count; ++i)
+        for (int32_t k = star.spokes[i].corner, j = 0; j < 3; k = next_corner(k), ++j) was = std::min(was, bend(k));
+    return was >= kSharpest;
+}
+
+// The same of a flip.
+bool Decimator::flip_folds(int32_t c) const {
+    const int32_t t = s.twin(c), around[4] = {next_corner(c), prev_corner(c), next_corner(t), prev_corner(t)};
+    const Vec3 &a = s.at(s.vert(c)), &b = s.at(s.head(c)), &x = s.at(s.apex(c)), &y = s.at(s.apex(t));
+    const Vec3 at_a = cross(y - a, x - a), at_b = cross(x - b, y - b);
+    double sharpest = kSharpest;
+    look_at_bend(at_a, at_b, sharpest);
+    for (int i = 0; i < 4; ++i) {
+        const int32_t k = s.twin(around[i]);
+        if (k < 0) continue;
+        const Vec3& o = s.at(s.vert(k));
+        look_at_bend(i == 1 || i == 2 ? at_a : at_b, cross(s.at(s.head(k)) - o, s.at(s.apex(k)) - o), sharpest);
+    }
+    if (sharpest == kSharpest) return false;
+    double was = bend(c);
+    for (const int32_t k : around) was = std::min(was, bend(k));
+    return was >= kSharpest;
 }
 
 } // namespace dm

@@ -19,6 +19,12 @@ inline double cosine_of_degrees(double degrees) {
     return obtuse ? -sum : sum;
 }
 
+// Of the angle between the two vectors; -1 where one has the length 0, or nearly so.
+inline double cosine_between(const Vec3& m, const Vec3& n) {
+    const double size = length_squared(m) * length_squared(n);
+    return size > 0 ? dot(m, n) / std::sqrt(size) : -1;
+}
+
 // Is the angle between the two vectors, of any length, less than that with this cosine (>= 0)? A vector of length 0
 // has no angle: false.
 inline bool turns_less(const Vec3& m, const Vec3& n, double cosine) {

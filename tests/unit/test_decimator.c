@@ -548,6 +548,47 @@ static void test_close_lines(void** state) {
     shim_mesh_free(m);
 }
 
+static double least_bend(const shim_decimation* s) { /* the least cosine between the normals of neighbours */
+    double least = 1;
+    for (int32_t c = 0; c < s->corners; ++c) {
+        const int32_t t = s->corner_twin[c];
+        if (s->corner_vert[c] < 0 || t < c) continue;
+        double n[2][3];
+        for (int side = 0; side < 2; ++side) {
+            const int32_t f = (side == 0 ? c : t) / 3;
+            const double *const o = s->pos + 3 * s->corner_vert[3 * f], *const p = s->pos + 3 * s->corner_vert[3 * f + 1],
+                                *const q = s->pos + 3 * s->corner_vert[3 * f + 2];
+            for (int k = 0; k < 3; ++k) {
+                const int i = (k + 1) % 3, j = (k + 2) % 3;
+                n[side][k] = (p[i] - o[i]) * (q[j] - o[j]) - (p[j] - o[j]) * (q[i] - o[i]);
+            }
+        }
+        double products[3] = {0, 0, 0}; /* n n, n m, m m */
+        for (int k = 0; k < 3; ++k)
+            products[0] += n[0][k] * n[0][k], products[1] += n[0][k] * n[1][k], products[2] += n[1][k] * n[1][k];
+        least = fmin(least, products[1] / sqrt(products[0] * products[2]));
+    }
+    return least;
+}
+
+/* A lens: where few faces go round its rim, they lie almost on each other. */
+static void test_no_folds(void** state) {
+    (void)state;
+    const shim_decimation_rules rules = shim_decimation_defaults();
+    soup lens = ball(16);
+    for (int32_t v = 0; v < lens.vertices; ++v) lens.points[3 * v + 2] *= 0.125;
+    shim_mesh* const m = delaunay_of(lens);
+    shim_decimator* const d = begun(m, &rules);
+    for (int64_t target = 800; target >= 25; target /= 2) {
+        const shim_decimation s = run_to(d, &rules, target, 2);
+        const double least = least_bend(&s);
+        if (!(least > -0.867)) fail_msg("%d vertices: a cosine of %g", (int)target, least);
+        assert_true(target < 50 || s.vertices_left == target);
+    }
+    shim_decimator_free(d);
+    shim_mesh_free(m);
+}
+
 static void test_marked_cube(void** state) {
     (void)state;
     enum { N = 6 };
@@ -697,7 +738,7 @@ int main(void) {
         cmocka_unit_test(test_marked_cube),    cmocka_unit_test(test_locked),
         cmocka_unit_test(test_same_twice),     cmocka_unit_test(test_region_alone),
         cmocka_unit_test(test_postponed_once), cmocka_unit_test(test_specks),
-        cmocka_unit_test(test_close_lines),
+        cmocka_unit_test(test_close_lines),    cmocka_unit_test(test_no_folds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
