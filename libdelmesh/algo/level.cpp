@@ -2,45 +2,22 @@
 #include "algo/level.h"
 
 #include <algorithm>
-#include <limits>
+#include <utility>
 
 #include "geom/closest_point.h"
 #include "mesh/build.h"
 
 namespace dm {
-namespace {
-
-struct Nearest {
-    double distance_squared = std::numeric_limits<double>::infinity();
-    double weight[3] = {1, 0, 0};
-    int32_t face = -1;
-};
-
-// The closest point of the triangle; kept if it is closer than what `nearest` has.
-void consider(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, int32_t face, Nearest& nearest) {
-    const ClosestPoint closest = closest_on_triangle(p, a, b, c);
-    const double d = length_squared(closest.residual);
-    if (!(d < nearest.distance_squared)) return;
-    nearest = {d, {closest.weight[0], closest.weight[1], closest.weight[2]}, face};
-}
-
-} // namespace
 
 LevelMaker::LevelMaker(Context& context_, const Mesh& in_, const Mesh& full_, const SpatialOrder& order_, const Surface& surface,
                        const Decimator& decimator)
-    : context(context_), in(in_), full(full_), order(order_), s(surface), d(decimator), in_corner(context_.memory()),
-      verts(context_.memory()) {}
+    : context(context_), in(in_), full(full_), order(order_), s(surface), d(decimator), in_tree(context_.memory()),
+      near(context_.memory()), verts(context_.memory()) {}
 
 // A vertex of the Delaunay mesh that is a source vertex; -1 if it was made by a split.
 int32_t LevelMaker::source_of(int32_t v) const {
     const int32_t of_full = order.old_vert[v];
     return full.vert_source.empty() ? of_full : full.vert_source[of_full];
-}
-
-VertexMap LevelMaker::map_of(int32_t v) const {
-    const int32_t source = source_of(v);
-    if (source >= 0) return {{source, source, source}, {1, 0, 0}};
-    return full.split_map[order.old_vert[v] - full.first_split];
 }
 
 Status LevelMaker::make(Mesh& out, Mesh* before) {
@@ -106,7 +83,31 @@ void LevelMaker::find_staying(Array<uint8_t>& stays) const {
     for (const int32_t v : verts) stays.push_back(d.kind(v) == Decimator::Kind::corner ? 1 : 0);
 }
 
-// Vertices that were moved lie close to the faces around those that went into them. Of these the nearest few are looked at.
+// The source's faces along the order in space that its vertices have been given.
+Status LevelMaker::make_tree() {
+    Memory& memory = context.memory();
+    Array<int32_t> corner(memory, in.vertices(), -1), faces(memory); // corner: of each vertex one
+    for (int32_t c = in.corners() - 1; c >= 0; --c) corner[in.corner_vert[c]] = c;
+    Array<uint8_t> seen(memory, in.faces(), 0);
+    faces.reserve(in.faces());
+    near.resize_uninitialized(s.vertices());
+    const auto add = [&](int32_t f) {
+        if (seen[f] == 0) faces.push_back(f);
+        seen[f] = 1;
+    };
+    for (int32_t v = 0; v < s.vertices(); ++v) {
+        if (v % (1 << 16) == 0) DM_TRY(context.progress(0));
+        near[v] = static_cast<int32_t>(std::min<int64_t>(faces.size(), in.faces() - 1));
+        const int32_t source = source_of(v);
+        if (source < 0 || corner[source] < 0) continue;
+        int32_t c = corner[source], left = 64; // of a hub others bring the rest
+        do add(face_of(c));
+        while (--left > 0 && (c = in.corner_twin[prev_corner(c)]) >= 0 && c != corner[source]);
+    }
+    for (int32_t f = 0; f < in.faces(); ++f) add(f);
+    return in_tree.build(context, in, std::move(faces));
+}
+
 Status LevelMaker::map_to_source(Mesh& out) {
     out.first_split = 0;
     Array<VertexMap>& maps = out.split_map;
@@ -125,74 +126,21 @@ Status LevelMaker::map_to_source(Mesh& out) {
             out.vert_join[i] = join;
         }
     }
-    if (in_corner.empty()) {
-        in_corner.assign(in.vertices(), -1);
-        for (int32_t c = in.corners() - 1; c >= 0; --c) in_corner[in.corner_vert[c]] = c;
+    for (int32_t i = 0; i < out.vertices(); ++i) {
+        const int32_t v = verts[i];
+        const bool moved = d.place_of[v] < 0 || !(out.position(i) == s.at(v));
+        out.vert_source[i] = moved ? -1 : source_of(d.place_of[v]);
+        if (out.vert_source[i] < 0 && in_tree.empty()) DM_TRY(make_tree());
     }
     constexpr int64_t kGrain = 512;
     return context.parallel(verts.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
-            const int32_t v = verts[i];
-            const Vec3 x = out.position(static_cast<int32_t>(i));
-            const bool moved = d.place_of[v] < 0 || !(x == s.at(v));
-            out.vert_source[i] = moved ? -1 : source_of(d.place_of[v]);
-            if (!moved) {
-                maps[i] = map_of(d.place_of[v]);
+            const int32_t source = out.vert_source[i];
+            if (source >= 0) {
+                maps[i] = {{source, source, source}, {1, 0, 0}};
                 continue;
             }
-            constexpr int kFew = 4;
-            int32_t near[kFew];
-            double how_near[kFew];
-            int count = 0;
-            const auto add = [&](int32_t source) {
-                if (in_corner[source] < 0) return;
-                const double square = length_squared(in.position(source) - x);
-                if (count == kFew && square >= how_near[kFew - 1]) return;
-                for (int k = 0; k < count; ++k)
-                    if (near[k] == source) return;
-                int k = count < kFew ? count++ : kFew - 1;
-                for (; k > 0 && how_near[k - 1] > square; --k) near[k] = near[k - 1], how_near[k] = how_near[k - 1];
-                near[k] = source, how_near[k] = square;
-            };
-            for (int32_t u = v; u >= 0; u = d.next_merged[u]) {
-                const VertexMap of_u = map_of(u); // a source vertex, or between which ones a split made it
-                add(of_u.vert[0]);
-                if (of_u.weight[1] != 0) add(of_u.vert[1]);
-                if (of_u.weight[2] != 0) add(of_u.vert[2]);
-            }
-            Nearest nearest;
-            const auto look_around = [&](int32_t vert) {
-                const auto look = [&](int32_t c) {
-                    const int32_t f = face_of(c);
-                    consider(x, in.position(in.corner_vert[3 * f]), in.position(in.corner_vert[3 * f + 1]),
-                             in.position(in.corner_vert[3 * f + 2]), f, nearest);
-                };
-                constexpr int kMostFaces = 128; // of a hub the nearest faces may be any; a few will do
-                const int32_t start = in_corner[vert];
-                int32_t c = start;
-                int left = kMostFaces;
-                do { // counter-clockwise
-                    look(c);
-                    c = in.corner_twin[prev_corner(c)];
-                } while (c >= 0 && c != start && --left > 0);
-                if (c < 0) // the boundary came first: the rest is on the other side
-                    for (c = in.corner_twin[start]; c >= 0 && --left > 0;) {
-                        c = next_corner(c);
-                        look(c);
-                        c = in.corner_twin[c];
-                    }
-            };
-            for (int k = 0; k < count; ++k) look_around(near[k]);
-            // And on from there, as long as it gets closer.
-            constexpr int kMostSteps = 64;
-            for (int step = 0, last = -1; step < kMostSteps && nearest.face != last; ++step) {
-                last = nearest.face;
-                for (int32_t k = 3 * last; k < 3 * last + 3; ++k) look_around(in.corner_vert[k]);
-            }
-            if (nearest.face < 0) { // no face is left around the vertices that went into it
-                maps[i] = map_of(v);
-                continue;
-            }
+            const FaceTree::Hit nearest = in_tree.closest(out.position(static_cast<int32_t>(i)), near[verts[i]]);
             VertexMap& map = maps[i];
             for (int k = 0; k < 3; ++k) {
                 const int32_t u = in.corner_vert[3 * nearest.face + k];

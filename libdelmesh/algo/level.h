@@ -3,6 +3,7 @@
 #pragma once
 
 #include "algo/decimator.h"
+#include "geom/bvh.h"
 #include "mesh/spatial_order.h"
 
 namespace dm {
@@ -22,15 +23,16 @@ public:
 
 private:
     int32_t source_of(int32_t v) const; // of a vertex as the surface numbers it; -1: none
-    VertexMap map_of(int32_t v) const;
+    Status make_tree();
 
     Context& context;
     const Mesh &in, &full;
     const SpatialOrder& order;
     const Surface& s;
     const Decimator& d;
-    Array<int32_t> in_corner; // per vertex of `in`, a corner; made when it is first needed
-    Array<int32_t> verts;     // of the level made last, as the surface numbers them
+    FaceTree in_tree;     // of `in`; made when it is first needed
+    Array<int32_t> near;  // per vertex of the surface, a place in the tree's order
+    Array<int32_t> verts; // of the level made last, as the surface numbers them
 };
 
 } // namespace dm

@@ -20,12 +20,25 @@ constexpr int64_t kProgressEvery = 4096; // nodes
 
 // Floats that enclose the double. The relative margin is four times the error of the conversion, the absolute one is for
 // subnormals.
-float float_below(double x) { return static_cast<float>(x - std::fabs(x) * 0x1p-22 - 0x1p-140); }
-float float_above(double x) { return static_cast<float>(x + std::fabs(x) * 0x1p-22 + 0x1p-140); }
+float float_below(double x) {
+    return static_cast<float>(x - std::fabs(x) * 0x1p-22 - 0x1p-140);
+}
+float float_above(double x) {
+    return static_cast<float>(x + std::fabs(x) * 0x1p-22 + 0x1p-140);
+}
 
-double larger(double a, double b) { return a > b ? a : b; }
+double larger(double a, double b) {
+    return a > b ? a : b;
+}
 // How far x lies outside [lo, hi].
-double outside(double x, double lo, double hi) { return larger(larger(lo - x, x - hi), 0.0); }
+double outside(double x, double lo, double hi) {
+    return larger(larger(lo - x, x - hi), 0.0);
+}
+
+double box_distance_squared(const Vec3& p, const float* lo, const float* hi) {
+    const double x = outside(p.x, lo[0], hi[0]), y = outside(p.y, lo[1], hi[1]), z = outside(p.z, lo[2], hi[2]);
+    return x * x + y * y + z * z;
+}
 
 struct FloatBox {
     float lo[3] = {HUGE_VALF, HUGE_VALF, HUGE_VALF}, hi[3] = {-HUGE_VALF, -HUGE_VALF, -HUGE_VALF};
@@ -146,7 +159,8 @@ Status Bvh::build(Context& context, const Mesh& mesh, const Frame& frame) {
         Box box;
         for (int32_t c = 3 * f; c < 3 * f + 3; ++c) box.extend(frame(mesh.position(mesh.corner_vert[c])));
         primitives[f] = {{float_below(box.lo.x), float_below(box.lo.y), float_below(box.lo.z)},
-                         {float_above(box.hi.x), float_above(box.hi.y), float_above(box.hi.z)}, f};
+                         {float_above(box.hi.x), float_above(box.hi.y), float_above(box.hi.z)},
+                         f};
     }
 
     struct Range {
@@ -191,10 +205,7 @@ Status Bvh::build(Context& context, const Mesh& mesh, const Frame& frame) {
 }
 
 double Bvh::distance_squared(const Vec3& p, const Node& node) {
-    const double x = outside(p.x, node.lo[0], node.hi[0]);
-    const double y = outside(p.y, node.lo[1], node.hi[1]);
-    const double z = outside(p.z, node.lo[2], node.hi[2]);
-    return x * x + y * y + z * z;
+    return box_distance_squared(p, node.lo, node.hi);
 }
 
 double Bvh::distance_squared(const Vec3& p, int32_t t) const {
@@ -225,6 +236,89 @@ Bvh::Hit Bvh::closest(const Vec3& p, int32_t near) const {
                 const double d = distance_squared(p, t);
                 if (d < hit.distance_squared) hit = {d, t};
             }
+        }
+        if (top == 0) return hit;
+        entry = stack[--top];
+    }
+}
+
+Status FaceTree::build(Context& context, const Mesh& mesh, Array<int32_t> order) {
+    mesh_ = &mesh;
+    frame_ = Frame(used_box(mesh));
+    order_ = std::move(order);
+    const auto faces = static_cast<int32_t>(order_.size());
+    boxes_.clear();
+    levels_ = 0;
+    if (faces == 0) return DELMESH_OK;
+    int32_t count = (faces - 1) / kLeafSize + 1;
+    boxes_.reserve(2 * static_cast<int64_t>(count) + kMostLevels);
+    begin_[levels_++] = 0;
+    for (int32_t i = 0; i < count; ++i) {
+        if (i % kProgressEvery == 0) DM_TRY(context.progress(static_cast<double>(i) / count));
+        Box box;
+        for (int32_t k = kLeafSize * i; k < kLeafSize * i + kLeafSize && k < faces; ++k)
+            for (int32_t c = 3 * order_[k]; c < 3 * order_[k] + 3; ++c) box.extend(frame_(mesh.position(mesh.corner_vert[c])));
+        boxes_.push_back({{float_below(box.lo.x), float_below(box.lo.y), float_below(box.lo.z)},
+                          {float_above(box.hi.x), float_above(box.hi.y), float_above(box.hi.z)}});
+    }
+    while (count > 1) {
+        const int32_t below = begin_[levels_ - 1], of_below = count;
+        begin_[levels_++] = static_cast<int32_t>(boxes_.size());
+        count = (of_below + 1) / 2;
+        for (int32_t i = 0; i < count; ++i) {
+            FloatBox box = boxes_[below + 2 * i];
+            if (2 * i + 1 < of_below) {
+                const FloatBox& other = boxes_[below + 2 * i + 1];
+                for (int k = 0; k < 3; ++k) {
+                    if (other.lo[k] < box.lo[k]) box.lo[k] = other.lo[k];
+                    if (other.hi[k] > box.hi[k]) box.hi[k] = other.hi[k];
+                }
+            }
+            boxes_.push_back(box);
+        }
+    }
+    return DELMESH_OK;
+}
+
+FaceTree::Hit FaceTree::closest(const Vec3& point, int32_t near) const {
+    struct Entry {
+        double distance_squared;
+        int32_t level, number;
+    } stack[kStackSize];
+    Hit hit;
+    if (empty()) return hit;
+    const Vec3 p = frame_(point);
+    const auto entry_of = [&](int32_t level, int32_t number) {
+        const FloatBox& box = boxes_[begin_[level] + number];
+        return Entry{box_distance_squared(p, box.lo, box.hi), level, number};
+    };
+    double least = HUGE_VAL;
+    const auto look = [&](int32_t leaf) {
+        const int64_t first = static_cast<int64_t>(kLeafSize) * leaf;
+        for (int64_t i = first; i < first + kLeafSize && i < order_.size(); ++i) {
+            Vec3 x[3];
+            for (int32_t k = 0; k < 3; ++k) x[k] = frame_(mesh_->position(mesh_->corner_vert[3 * order_[i] + k]));
+            const ClosestPoint c = closest_on_triangle(p, x[0], x[1], x[2]);
+            const double d = length_squared(c.residual);
+            if (d < least) least = d, hit = {order_[i], {larger(c.weight[0], 0), c.weight[1], c.weight[2]}};
+        }
+    };
+    look(near / kLeafSize);
+    int32_t top = 0;
+    Entry entry = entry_of(levels_ - 1, 0);
+    for (;;) {
+        if (entry.distance_squared < least) {
+            if (entry.level > 0) {
+                Entry one = entry_of(entry.level - 1, 2 * entry.number);
+                if (begin_[entry.level - 1] + 2 * entry.number + 1 < begin_[entry.level]) {
+                    Entry two = entry_of(entry.level - 1, 2 * entry.number + 1);
+                    if (two.distance_squared < one.distance_squared) std::swap(one, two);
+                    stack[top++] = two;
+                }
+                entry = one;
+                continue;
+            }
+            look(entry.number);
         }
         if (top == 0) return hit;
         entry = stack[--top];

@@ -364,6 +364,52 @@ static void documented_errors(void** state) {
 /* ---- Levels -------------------------------------------------------------------------------------------------------------- */
 
 /* What holds for every level, whatever it was made of. */
+static double squared_to_segment(const double* p, const double* a, const double* b) {
+    double along = 0, whole = 0, squared = 0;
+    for (int k = 0; k < 3; ++k) along += (p[k] - a[k]) * (b[k] - a[k]), whole += (b[k] - a[k]) * (b[k] - a[k]);
+    const double t = whole > 0 ? fmin(1, fmax(0, along / whole)) : 0;
+    for (int k = 0; k < 3; ++k) squared += (p[k] - a[k] - t * (b[k] - a[k])) * (p[k] - a[k] - t * (b[k] - a[k]));
+    return squared;
+}
+static double squared_to_triangle(const double* p, const double* const x[3]) {
+    double n[3], size = 0, height = 0, least = HUGE_VAL;
+    for (int k = 0; k < 3; ++k) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        n[k] = (x[1][i] - x[0][i]) * (x[2][j] - x[0][j]) - (x[1][j] - x[0][j]) * (x[2][i] - x[0][i]);
+        size += n[k] * n[k];
+        least = fmin(least, squared_to_segment(p, x[k], x[i]));
+    }
+    for (int e = 0; e < 3; ++e) { /* on the inner side of every edge */
+        double side = 0;
+        for (int k = 0; k < 3; ++k) {
+            const int i = (k + 1) % 3, j = (k + 2) % 3;
+            const double *const a = x[e], *const b = x[(e + 1) % 3];
+            side += n[k] * ((b[i] - a[i]) * (p[j] - a[j]) - (b[j] - a[j]) * (p[i] - a[i]));
+        }
+        if (!(side > 0)) return least;
+    }
+    for (int k = 0; k < 3; ++k) height += n[k] * (p[k] - x[0][k]);
+    return fmin(least, height * height / size);
+}
+/* The place that the map tells is the closest there is. */
+static void assert_closest(const delmesh_mesh* in, const double* given, const double* p, const int32_t* map,
+                           const double* weight) {
+    const int64_t faces = info_of(in).faces;
+    int32_t* corner = integers(in, DELMESH_CORNER_VERT, 3 * faces, 1);
+    double here = 0, least = HUGE_VAL;
+    for (int k = 0; k < 3; ++k) {
+        double x = p[k];
+        for (int i = 0; i < 3; ++i) x -= weight[i] * given[3 * map[i] + k];
+        here += x * x;
+    }
+    for (int64_t f = 0; f < faces; ++f) {
+        const double* const x[3] = {given + 3 * corner[3 * f], given + 3 * corner[3 * f + 1], given + 3 * corner[3 * f + 2]};
+        least = fmin(least, squared_to_triangle(p, x));
+    }
+    if (!(sqrt(here) <= sqrt(least) + 1e-6)) fail_msg("%g away, the closest place is at %g", sqrt(here), sqrt(least));
+    free(corner);
+}
+
 static void assert_level(const delmesh_mesh* in, const delmesh_mesh* level, const delmesh_level_report* report,
                          const delmesh_target* wanted) {
     const delmesh_mesh_info before = info_of(in), info = info_of(level);
@@ -402,7 +448,10 @@ static void assert_level(const delmesh_mesh* in, const delmesh_mesh* level, cons
             if (source[v] >= 0) assert_true(at[3 * v + k] == (info.precision == DELMESH_FLOAT32 ? (double)(float)x : x));
         }
         assert_true(fabs(sum - 1) < 1e-12);
-        if (source[v] >= 0) assert_true(map[3 * v] == source[v] && weight[3 * v] == 1);
+        if (source[v] >= 0)
+            assert_true(map[3 * v] == source[v] && weight[3 * v] == 1);
+        else if (v % 8 == 0)
+            assert_closest(in, given, at + 3 * v, map + 3 * v, weight + 3 * v);
     }
     for (int64_t f = 0; f < info.faces; ++f) assert_in_range(face[f], 0, before.polygons - 1);
     free(source), free(map), free(face), free(at), free(given), free(weight);
