@@ -9,7 +9,7 @@
 #include "algo/decimator.h"
 #include "algo/level.h"
 #include "algo/measure.h"
-#include "algo/relax.h"
+#include "algo/relax_within.h"
 #include "algo/remesh.h"
 #include "base/stopwatch.h"
 #include "geom/angle.h"
@@ -60,37 +60,6 @@ void limits_of(const delmesh_target& target, const Mesh& in, int64_t& vertices, 
     default:
         break;
     }
-}
-
-// A proven bound of the two-sided distance, a percent more than need be.
-Status bound_distance_to(Context& context, const Mesh& in, const Mesh& level, double& bound) {
-    delmesh_distance_options how{};
-    how.struct_size = sizeof how;
-    how.compute_bound = 1;
-    how.relative_error = 0.01;
-    how.absolute_error = 1e-4;
-    delmesh_distance_report distance{};
-    DM_TRY(measure_distance(context, in, level, how, distance));
-    bound = distance.hausdorff_bound;
-    return DELMESH_OK;
-}
-
-// limit: the deviation that the level keeps, if not below 0. Where relaxation would exceed it, there is none.
-Status relax_level(Context& context, const Mesh& in, const DecimationRules& rules, int32_t sweeps, const Array<uint8_t>& stays,
-                   double limit, Mesh& level, int64_t& moved) {
-    Array<float> before32(context.memory());
-    Array<double> before64(context.memory());
-    before32.copy_from(level.pos32);
-    before64.copy_from(level.pos64);
-    DM_TRY(relax(context, in, {rules.precision, rules.boundary_rule, rules.fold_cosine, sweeps}, stays.data(), level, moved));
-    if (limit < 0 || moved == 0) return DELMESH_OK;
-    double bound;
-    DM_TRY(bound_distance_to(context, in, level, bound));
-    if (bound <= limit) return DELMESH_OK;
-    level.pos32.copy_from(before32);
-    level.pos64.copy_from(before64);
-    moved = 0;
-    return DELMESH_OK;
 }
 
 } // namespace
@@ -190,8 +159,11 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
             maker.find_staying(stays);
             if (i + 1 == count) decimator.finish(); // relaxation needs much itself
             const Context::Part part(context, middle, middle + 0.8 * (to - middle));
-            DM_TRY(relax_level(context, in, rules, options.quality, stays, bounded ? level.bound : -1, mesh,
-                               level.relaxed_vertices));
+            const RelaxRules how{rules.precision, rules.boundary_rule, rules.fold_cosine, options.quality};
+            if (bounded && within)
+                DM_TRY(relax_within(context, in, how, level.bound, stays.data(), mesh, level.relaxed_vertices));
+            else
+                DM_TRY(relax(context, in, how, stays.data(), mesh, level.relaxed_vertices));
             relaxing = watch.lap();
             report.seconds_relax += relaxing;
         }
@@ -206,7 +178,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
                                 static_cast<long long>(certificate.zero_area_faces));
         if (input.face_mask != nullptr)
             for (uint8_t& bits : mesh.corner_bits) bits &= static_cast<uint8_t>(~kEdgeFrozen);
-        if (bounded && !within) DM_TRY(bound_distance_to(context, in, mesh, level.bound));
+        if (bounded && !within) DM_TRY(bound_distance(context, in, mesh, level.bound));
         level.vertices = mesh.vertices();
         level.faces = mesh.faces();
         exporting += watch.lap();

@@ -332,4 +332,16 @@ Status measure_distance(Context& context, const Mesh& a, const Mesh& b, const de
     return DELMESH_OK;
 }
 
+Status bound_distance(Context& context, const Mesh& a, const Mesh& b, double& bound) {
+    delmesh_distance_options how{};
+    how.struct_size = sizeof how;
+    how.compute_bound = 1;
+    how.relative_error = 0.01;
+    how.absolute_error = 1e-4;
+    delmesh_distance_report distance{};
+    DM_TRY(measure_distance(context, a, b, how, distance));
+    bound = distance.hausdorff_bound;
+    return DELMESH_OK;
+}
+
 } // namespace dm

@@ -12,4 +12,7 @@ Status measure_quality(Context& context, const Mesh& mesh, delmesh_quality_repor
 Status measure_distance(Context& context, const Mesh& a, const Mesh& b, const delmesh_distance_options& options,
                         delmesh_distance_report& report);
 
+// A proven bound of the two-sided distance, a percent more than need be.
+Status bound_distance(Context& context, const Mesh& a, const Mesh& b, double& bound);
+
 } // namespace dm

@@ -615,14 +615,7 @@ bool Relaxation::store_positions() {
         if (pos[v] == level.position(v)) continue;
         has_moved[v] = 1;
         any = true;
-        const int64_t i = 3 * static_cast<int64_t>(v);
-        const double xyz[3] = {pos[v].x, pos[v].y, pos[v].z};
-        for (int k = 0; k < 3; ++k) {
-            if (level.precision == Precision::f32)
-                level.pos32[i + k] = static_cast<float>(xyz[k]); // rounded already
-            else
-                level.pos64[i + k] = xyz[k];
-        }
+        level.set_position(v, pos[v]);
     }
     return any;
 }

@@ -101,6 +101,16 @@ struct Mesh {
         if (precision == Precision::f32) return {pos32.data()[i], pos32.data()[i + 1], pos32.data()[i + 2]};
         return {pos64.data()[i], pos64.data()[i + 1], pos64.data()[i + 2]};
     }
+    void set_position(int32_t v, const Vec3& x) { // rounded already
+        const int64_t i = 3 * static_cast<int64_t>(v);
+        const double xyz[3] = {x.x, x.y, x.z};
+        for (int k = 0; k < 3; ++k) {
+            if (precision == Precision::f32)
+                pos32[i + k] = static_cast<float>(xyz[k]);
+            else
+                pos64[i + k] = xyz[k];
+        }
+    }
 };
 
 } // namespace dm

@@ -802,6 +802,27 @@ static void deviations_are_kept(void** state) {
     }
     /* Nothing fits in a billionth: making the mesh Delaunay took more. */
     assert_int_equal(family.levels[0].stopped_by, DELMESH_STOPPED_BY_BOUND);
+    /* Relaxation keeps the distance as well, and does something: only those vertices stay that would exceed it. */
+    delmesh_decimate_options relaxing = defaults();
+    relaxing.quality = 4;
+    Family relaxed = make_family(context, in, targets, &relaxing);
+    for (int i = 1; i < LEVELS; ++i) {
+        assert_level(in, relaxed.meshes[i], &relaxed.levels[i], &targets[i]);
+        assert_int_equal(relaxed.levels[i].vertices, family.levels[i].vertices);
+        assert_true(relaxed.levels[i].bound <= targets[i].value);
+        assert_true(2 * relaxed.levels[i].relaxed_vertices > relaxed.levels[i].vertices);
+        double rms[2];
+        for (int which = 0; which < 2; ++which) {
+            delmesh_distance_report distance;
+            delmesh_distance_report_init(&distance, sizeof distance);
+            const delmesh_mesh* const level = which == 0 ? family.meshes[i] : relaxed.meshes[i];
+            assert_status(delmesh_measure_distance(context, in, level, &options, &distance), context, DELMESH_OK);
+            assert_true(distance.hausdorff_sampled <= targets[i].value * 1.000001);
+            rms[which] = distance.rms;
+        }
+        assert_true(rms[1] < rms[0]);
+    }
+    free_family(&relaxed);
     free_family(&family);
     delmesh_mesh_destroy(in);
 }
