@@ -4,11 +4,40 @@
  * finishes. */
 #include <delmesh/delmesh.h>
 
-#include <dlfcn.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#ifdef _WIN32
+#include <windows.h>
+static void* load(const char* path) {
+    return LoadLibraryA(path);
+}
+static const char* load_error(void) {
+    return "LoadLibrary failed";
+}
+static void* symbol(void* library, const char* name) {
+    return (void*)GetProcAddress(library, name);
+}
+static void unload(void* library) {
+    FreeLibrary(library);
+}
+#else
+#include <dlfcn.h>
+static void* load(const char* path) {
+    return dlopen(path, RTLD_NOW | RTLD_LOCAL);
+}
+static const char* load_error(void) {
+    return dlerror();
+}
+static void* symbol(void* library, const char* name) {
+    return dlsym(library, name);
+}
+static void unload(void* library) {
+    dlclose(library);
+}
+#endif
 
 enum { SIDE = 600, VERTS = SIDE * SIDE, FACES = 2 * (SIDE - 1) * (SIDE - 1) };
 
@@ -41,10 +70,10 @@ static void make_terrain(void) {
 }
 
 static const delmesh_api* open_library(const char* path, void** library) {
-    *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (*library == NULL) fail("dlopen", dlerror());
+    *library = load(path);
+    if (*library == NULL) fail(path, load_error());
     const delmesh_api* (*get_api)(uint32_t) = NULL;
-    *(void**)&get_api = dlsym(*library, "delmesh_get_api");
+    *(void**)&get_api = symbol(*library, "delmesh_get_api");
     const delmesh_api* api = get_api != NULL ? get_api(DELMESH_ABI_VERSION) : NULL;
     if (api == NULL) fail(path, "is no delmesh library of this ABI version");
     return api;
@@ -104,7 +133,7 @@ static int32_t session(const delmesh_api* api, Watcher* watcher) {
 }
 
 int main(int argc, char** argv) {
-    if (argc != 2) fail("usage", "delmesh_dlopen /path/to/libdelmesh.so");
+    if (argc != 2) fail("usage", "delmesh_dlopen LIBRARY");
     make_terrain();
     before = terrain;
 
@@ -114,11 +143,11 @@ int main(int argc, char** argv) {
     if (session(api, &hasty) != DELMESH_ERROR_CANCELLED || !hasty.stopped) fail("stop", "was not obeyed");
     if (memcmp(&before, &terrain, sizeof terrain) != 0) fail("stop", "changed the host's arrays");
     printf("the input is as it was\n");
-    dlclose(library);
+    unload(library);
 
     api = open_library(argv[1], &library);
     if (session(api, &patient) != DELMESH_OK) fail("second session", "failed");
     if (memcmp(&before, &terrain, sizeof terrain) != 0) fail("remesh", "changed the host's arrays");
-    dlclose(library);
+    unload(library);
     return 0;
 }

@@ -93,12 +93,29 @@ static void expect(Host* host, int in_contract) {
     if (!in_contract || !pthread_equal(pthread_self(), host->thread)) host->misused = 1;
 }
 
+static void* aligned_new(size_t size, size_t align) {
+#ifdef _WIN32
+    return _aligned_malloc(size, align);
+#else
+    void* pointer = NULL;
+    return posix_memalign(&pointer, align < sizeof(void*) ? sizeof(void*) : align, size) == 0 ? pointer : NULL;
+#endif
+}
+
+static void aligned_delete(void* pointer) {
+#ifdef _WIN32
+    _aligned_free(pointer);
+#else
+    free(pointer);
+#endif
+}
+
 static void* host_alloc(void* user, uint64_t size, uint64_t align) {
     Host* host = user;
     expect(host, size > 0 && align > 0 && align <= 64 && (align & (align - 1)) == 0);
     if (++host->allocations == host->fail_at) return NULL;
-    void* pointer = NULL;
-    if (posix_memalign(&pointer, align < sizeof(void*) ? sizeof(void*) : align, size) != 0) return NULL;
+    void* pointer = aligned_new(size, align);
+    if (pointer == NULL) return NULL;
     memset(pointer, 0xa5, size); /* what nobody has written looks like nothing */
     host->live_blocks += 1;
     host->live_bytes += (int64_t)size;
@@ -111,7 +128,7 @@ static void host_free(void* user, void* pointer, uint64_t size) {
     host->live_blocks -= 1;
     host->live_bytes -= (int64_t)size;
     memset(pointer, 0x5a, size); /* also checks the size */
-    free(pointer);
+    aligned_delete(pointer);
 }
 
 static int32_t host_progress(void* user, double fraction, const char* stage) {
