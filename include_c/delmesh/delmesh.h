@@ -627,6 +627,8 @@ DELMESH_API const delmesh_api* delmesh_get_api(uint32_t abi_version);
 /* sizeof of the struct of that name, e.g. "delmesh_remesh_options", as the library was built; 0 for unknown names. For bindings
  * that mirror the structs, to check themselves. */
 DELMESH_API uint32_t delmesh_struct_size(const char* name);
+/* The same for where a member begins, e.g. "delmesh_view.stride"; UINT32_MAX for unknown names. */
+DELMESH_API uint32_t delmesh_field_offset(const char* name);
 
 #ifdef __cplusplus
 }

@@ -296,4 +296,8 @@ uint32_t delmesh_struct_size(const char* name) {
     return struct_size(name);
 }
 
+uint32_t delmesh_field_offset(const char* name) {
+    return field_offset(name);
+}
+
 } // extern "C"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/names.h"
 
+#include <cstddef>
 #include <cstring>
 
 #include "delmesh/delmesh.h"
@@ -37,27 +38,23 @@ const char* status_name(int32_t status) {
 uint32_t struct_size(const char* name) {
     if (name == nullptr) return 0;
 #define DM_STRUCT(type)                                                                                                          \
-    if (std::strcmp(name, #type) == 0) return sizeof(type)
-    DM_STRUCT(delmesh_view);
-    DM_STRUCT(delmesh_view_mut);
-    DM_STRUCT(delmesh_context_options);
-    DM_STRUCT(delmesh_mesh_desc);
-    DM_STRUCT(delmesh_mesh_info);
-    DM_STRUCT(delmesh_remesh_options);
-    DM_STRUCT(delmesh_remesh_report);
-    DM_STRUCT(delmesh_certify_options);
-    DM_STRUCT(delmesh_certify_report);
-    DM_STRUCT(delmesh_quality_report);
-    DM_STRUCT(delmesh_distance_options);
-    DM_STRUCT(delmesh_distance_report);
-    DM_STRUCT(delmesh_preserve_estimate);
-    DM_STRUCT(delmesh_target);
-    DM_STRUCT(delmesh_decimate_options);
-    DM_STRUCT(delmesh_level_report);
-    DM_STRUCT(delmesh_decimate_report);
-    DM_STRUCT(delmesh_api);
+    if (std::strcmp(name, #type) == 0) return sizeof(type);
+#define DM_FIELD(type, member)
+#include "api/fields.inc"
 #undef DM_STRUCT
+#undef DM_FIELD
     return 0;
+}
+
+uint32_t field_offset(const char* name) {
+    if (name == nullptr) return UINT32_MAX;
+#define DM_STRUCT(type)
+#define DM_FIELD(type, member)                                                                                                   \
+    if (std::strcmp(name, #type "." #member) == 0) return offsetof(type, member);
+#include "api/fields.inc"
+#undef DM_STRUCT
+#undef DM_FIELD
+    return UINT32_MAX;
 }
 
 } // namespace dm

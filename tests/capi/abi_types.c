@@ -7,3 +7,4 @@
 delmesh_api delmesh_abi_table;
 const delmesh_api* (*delmesh_abi_get_api)(uint32_t) = delmesh_get_api;
 uint32_t (*delmesh_abi_struct_size)(const char*) = delmesh_struct_size;
+uint32_t (*delmesh_abi_field_offset)(const char*) = delmesh_field_offset;

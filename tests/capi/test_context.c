@@ -49,6 +49,13 @@ static void struct_sizes(void** state) {
     assert_int_equal(delmesh_struct_size("delmesh_context"), 0);
     assert_int_equal(delmesh_struct_size(""), 0);
     assert_int_equal(delmesh_struct_size(NULL), 0);
+    assert_int_equal(delmesh_field_offset("delmesh_view.data"), 0);
+    assert_int_equal(delmesh_field_offset("delmesh_view.stride"), 16);
+    assert_int_equal(delmesh_field_offset("delmesh_remesh_options.tolerance"), offsetof(delmesh_remesh_options, tolerance));
+    assert_int_equal(delmesh_field_offset("delmesh_api.remesh"), offsetof(delmesh_api, remesh));
+    assert_int_equal(delmesh_field_offset("delmesh_view"), UINT32_MAX);
+    assert_int_equal(delmesh_field_offset("delmesh_view.strides"), UINT32_MAX);
+    assert_int_equal(delmesh_field_offset(NULL), UINT32_MAX);
 }
 
 static void table(void** state) {

@@ -45,8 +45,9 @@ class Generated(unittest.TestCase):
         self.text = self.generator.HEADER.read_text(encoding="utf-8")
 
     def test_committed_file_is_what_the_header_gives(self):
-        made = self.generator.generate(self.generator.Header(self.text))
-        self.assertEqual(made, pathlib.Path(_capi.__file__).read_text(encoding="utf-8"))
+        header = self.generator.Header(self.text)
+        self.assertEqual(self.generator.generate(header), pathlib.Path(_capi.__file__).read_text(encoding="utf-8"))
+        self.assertEqual(self.generator.fields(header), self.generator.FIELDS.read_text(encoding="utf-8"))
 
     def test_a_changed_header_gives_another_file(self):
         changed = self.text.replace("int64_t max_vertices;", "int64_t max_vertices, more;")
@@ -125,6 +126,9 @@ class Loading(unittest.TestCase):
         class delmesh_mesh_info(ctypes.Structure):  # the library's is larger: it has grown, and that is fine
             _fields_ = _capi.delmesh_mesh_info._fields_[:-1]
 
+        class delmesh_target(ctypes.Structure):  # of the right size, two members the other way round
+            _fields_ = [_capi.delmesh_target._fields_[i] for i in (1, 0, 2)]
+
         structs = _capi.STRUCTS
         try:
             _capi.STRUCTS = structs + (delmesh_view,)
@@ -132,6 +136,9 @@ class Loading(unittest.TestCase):
                 delmesh.load_library(LIBRARY)
             _capi.STRUCTS = structs + (delmesh_mesh_info,)
             delmesh.load_library(LIBRARY)
+            _capi.STRUCTS = structs + (delmesh_target,)
+            with self.assertRaisesRegex(delmesh.AbiMismatch, "delmesh_target.reserved0 at the byte 4, and this package expects 0"):
+                delmesh.load_library(LIBRARY)
         finally:
             _capi.STRUCTS = structs
 

@@ -256,4 +256,5 @@ PROTOTYPES = {
         C.POINTER(delmesh_distance_report)),
     "delmesh_get_api": (C.POINTER(delmesh_api), C.c_uint32),
     "delmesh_struct_size": (C.c_uint32, C.c_char_p),
+    "delmesh_field_offset": (C.c_uint32, C.c_char_p),
 }

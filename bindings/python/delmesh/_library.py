@@ -48,6 +48,10 @@ class Library:
             grows = struct._fields_[0][0] == "struct_size"
             if theirs < ours or (theirs > ours and not grows):
                 raise AbiMismatch(f"{path} has a {struct.__name__} of {theirs} bytes, and this package expects {ours}.")
+            for member, _ in struct._fields_:
+                ours, theirs = getattr(struct, member).offset, self.field_offset(f"{struct.__name__}.{member}".encode())
+                if theirs != ours:
+                    raise AbiMismatch(f"{path} has {struct.__name__}.{member} at the byte {theirs}, and this package expects {ours}.")
 
     @property
     def version_string(self):
