@@ -129,7 +129,7 @@ class OBJECT_OT_delmesh_remesh(bpy.types.Operator):
                             marked_edges=self._marked_edges(source))
         turn = -1.0 if self.max_normal_turn >= math.pi else math.degrees(self.max_normal_turn)
         remeshed, report = delmesh.remesh(
-            made, self.mode.lower(), boundary=self.boundary.lower(), feature_angle=math.degrees(self.feature_angle),
+            made, mode=self.mode.lower(), boundary=self.boundary.lower(), feature_angle=math.degrees(self.feature_angle),
             max_normal_turn=turn, progress=progress)
         surface_map = delmesh.SurfaceMap(made, remeshed, source.corner_verts, source.face_offsets)
         result = exchange.Result(source, remeshed, surface_map)

@@ -20,7 +20,7 @@ class Remesh(unittest.TestCase):
             self.assertFalse(before.delaunay)
             for mode in MODES:
                 with self.subTest(mode, dtype=dtype):
-                    mesh, report = delmesh.remesh((points, faces), mode)
+                    mesh, report = delmesh.remesh((points, faces), mode=mode)
                     self.assertEqual(mesh.positions.dtype, dtype)  # the precision stays unless another is asked for
                     self.assertTrue(report.certified)
                     self.assertEqual((report.nld_in, report.nld_out), (before.nld_interior + before.nld_boundary, 0))
@@ -31,7 +31,7 @@ class Remesh(unittest.TestCase):
                     self.assertEqual(report.vertices_out - report.vertices_in, report.splits)
                     np.testing.assert_array_equal(mesh.vert_source, np.r_[np.arange(len(points)), [-1] * report.splits])
                     mesh.validate()
-                    again, _ = delmesh.remesh(mesh, "flip")
+                    again, _ = delmesh.remesh(mesh, mode="flip")
                     np.testing.assert_array_equal(again.faces, mesh.faces)
 
     def test_options_reach_the_library(self):
@@ -43,16 +43,16 @@ class Remesh(unittest.TestCase):
         counts = {(p, b): delmesh.remesh((points, faces), placement=p, boundary=b)[1].splits
                   for p in ("interval", "shells") for b in ("nonobtuse", "ignore")}
         self.assertEqual(len(set(counts.values())), 4, counts)
-        by_number = delmesh.remesh((points, faces), 1)[0]  # DELMESH_MODE_FLIP
-        np.testing.assert_array_equal(by_number.faces, delmesh.remesh((points, faces), "flip")[0].faces)
+        by_number = delmesh.remesh((points, faces), mode=1)[0]  # DELMESH_MODE_FLIP
+        np.testing.assert_array_equal(by_number.faces, delmesh.remesh((points, faces), mode="flip")[0].faces)
         isolated = np.vstack([points, [[9, 9, 9]]])
-        self.assertEqual(delmesh.remesh((isolated, faces), "flip", compact=True)[1].vertices_out,
-                         delmesh.remesh((isolated, faces), "flip")[1].vertices_out - 1)
+        self.assertEqual(delmesh.remesh((isolated, faces), mode="flip", compact=True)[1].vertices_out,
+                         delmesh.remesh((isolated, faces), mode="flip")[1].vertices_out - 1)
 
     def test_marked_edges_stay(self):
         points, faces = grid(30, 30)
         marked = faces[::3, [0, 2]]
-        mesh, _ = delmesh.remesh(delmesh.Mesh(points, faces, marked_edges=marked), "flip")
+        mesh, _ = delmesh.remesh(delmesh.Mesh(points, faces, marked_edges=marked), mode="flip")
         kept = (mesh.edge_flags & delmesh.EDGE_MARKED) != 0
         length = np.linalg.norm(np.diff(mesh.positions[mesh.edges[kept]], axis=1), axis=2).sum()
         self.assertAlmostEqual(length, np.linalg.norm(points[marked[:, 0]] - points[marked[:, 1]], axis=1).sum(), places=9)
@@ -62,13 +62,13 @@ class Remesh(unittest.TestCase):
         for call, error, sentence in (
                 (lambda: delmesh.remesh(mesh, speed=3), TypeError, "no option 'speed'; there are mode, placement"),
                 (lambda: delmesh.remesh(mesh, struct_size=3), TypeError, "no option 'struct_size'"),
-                (lambda: delmesh.remesh(mesh, "smooth"), delmesh.InvalidArgument, "'mode' was 'smooth', .* preserve, flip"),
-                (lambda: delmesh.remesh(mesh, 7), delmesh.InvalidArgument, "'mode' was 7"),
+                (lambda: delmesh.remesh(mesh, mode="smooth"), delmesh.InvalidArgument, "'mode' was 'smooth', .* preserve, flip"),
+                (lambda: delmesh.remesh(mesh, mode=7), delmesh.InvalidArgument, "'mode' was 7"),
                 (lambda: delmesh.remesh(mesh, precision="float16"), delmesh.InvalidArgument, "'precision'"),
                 (lambda: delmesh.remesh(mesh, feature_angle=float("nan")), delmesh.InvalidArgument, "'feature_angle'"),
                 (lambda: delmesh.distance(mesh, mesh, relative_error=-1), delmesh.InvalidArgument, "'relative_error'"),
-                (lambda: delmesh.remesh("mesh"), TypeError, "expected a delmesh.Mesh or the pair"),
-                (lambda: delmesh.certify(None), TypeError, "expected a delmesh.Mesh or the pair")):
+                (lambda: delmesh.remesh("mesh"), TypeError, "expected vertices and faces, a pair"),
+                (lambda: delmesh.certify(None), TypeError, "expected vertices and faces, a pair")):
             with self.subTest(sentence), self.assertRaisesRegex(error, sentence):
                 call()
 
@@ -97,7 +97,7 @@ class Remesh(unittest.TestCase):
         points, faces = grid(120, 100)
         results = []
         for threads in (1, 2, 3):
-            mesh, _ = delmesh.remesh((points, faces), "flip", context=delmesh.Context(threads=threads))
+            mesh, _ = delmesh.remesh((points, faces), mode="flip", context=delmesh.Context(threads=threads))
             results.append((mesh.positions.tobytes(), mesh.faces.tobytes()))
         self.assertEqual(results[0], results[1])
         self.assertEqual(results[0], results[2])
@@ -118,7 +118,7 @@ class Decimate(unittest.TestCase):
     def test_a_family(self):
         points, faces = torus(40, 24)
         targets = ["full", ("ratio", 0.5), ("faces", 300), ("vertices", 60), ("faces", 0)]
-        levels, report = delmesh.lod_family((points, faces), targets)
+        levels, report = delmesh.lod_family((points, faces), targets=targets)
         self.assertEqual([type(level) for level in levels], [delmesh.Mesh] * 5)
         self.assertEqual((report.vertices_in, report.faces_in, len(report.levels)), (len(points), len(faces), 5))
         self.assertGreater(report.prepare_nld, 0)
@@ -182,18 +182,18 @@ class Decimate(unittest.TestCase):
                 (lambda: delmesh.decimate(mesh), delmesh.InvalidArgument, "Exactly one of vertices, faces, ratio, deviation"),
                 (lambda: delmesh.decimate(mesh, vertices=5, ratio=0.5), delmesh.InvalidArgument, "Exactly one of"),
                 (lambda: delmesh.decimate(mesh, ratio=2), delmesh.InvalidArgument, "ratio of 'targets' 0 was 2"),
-                (lambda: delmesh.decimate(mesh, "melt", ratio=0.5), delmesh.InvalidArgument, "'prepare' was 'melt'"),
+                (lambda: delmesh.decimate(mesh, prepare="melt", ratio=0.5), delmesh.InvalidArgument, "'prepare' was 'melt'"),
                 (lambda: delmesh.decimate(mesh, ratio=0.5, speed=1), TypeError, "no option 'speed'"),
                 (lambda: delmesh.decimate(mesh, ratio=0.5, vert_weights=[1, 2]), delmesh.InvalidArgument, "'vert_weights' had 2"),
                 (lambda: delmesh.decimate(mesh, ratio=0.5, vert_weights=[0] * 48), delmesh.InvalidArgument, "weight 0 of"),
                 (lambda: delmesh.decimate(mesh, ratio=0.5, locked_verts=[0.5] * 48), delmesh.InvalidArgument, "not an integer"),
-                (lambda: delmesh.lod_family(mesh, ["half"]), delmesh.InvalidArgument, "'half' was of no kind .* full, vertices"),
-                (lambda: delmesh.lod_family(mesh, []), delmesh.InvalidArgument, "'count' was 0"),
-                (lambda: delmesh.lod_family(mesh, [("faces", 5), ("faces", 9)]), delmesh.InvalidArgument, "was finer than 0")):
+                (lambda: delmesh.lod_family(mesh, targets=["half"]), delmesh.InvalidArgument, "'half' was of no kind .* full, vertices"),
+                (lambda: delmesh.lod_family(mesh, targets=[]), delmesh.InvalidArgument, "'count' was 0"),
+                (lambda: delmesh.lod_family(mesh, targets=[("faces", 5), ("faces", 9)]), delmesh.InvalidArgument, "was finer than 0")):
             with self.subTest(sentence), self.assertRaisesRegex(error, sentence):
                 call()
         with self.assertRaises(delmesh.InvalidArgument) as caught:
-            delmesh.lod_family(mesh, ["full", ("ratio", -1)])
+            delmesh.lod_family(mesh, targets=["full", ("ratio", -1)])
         self.assertEqual(len(caught.exception.report.levels), 2)
 
     def test_cancelling_leaves_nothing(self):
@@ -201,9 +201,9 @@ class Decimate(unittest.TestCase):
         mesh = delmesh.Mesh(*torus(40, 24), context=context)
         before = context.memory()[0]
         with self.assertRaises(delmesh.Cancelled):
-            delmesh.lod_family(mesh, ["full", ("vertices", 100)], context=context, progress=lambda fraction, _: fraction < 0.4)
+            delmesh.lod_family(mesh, targets=["full", ("vertices", 100)], context=context, progress=lambda fraction, _: fraction < 0.4)
         self.assertEqual(context.memory()[0], before)
-        levels, _ = delmesh.lod_family(mesh, ["full", ("vertices", 100)], context=context)
+        levels, _ = delmesh.lod_family(mesh, targets=["full", ("vertices", 100)], context=context)
         self.assertGreater(context.memory()[0], before)
         del levels
         self.assertEqual(context.memory()[0], before)
@@ -366,7 +366,7 @@ class Limits(unittest.TestCase):
             delmesh.Mesh(*grid(200, 200), context=context)
         self.assertLess(context.memory()[0], 10_000)
         small = delmesh.Mesh(*grid(3, 3), context=context)
-        self.assertTrue(delmesh.remesh(small, "flip", context=context)[1].certified)
+        self.assertTrue(delmesh.remesh(small, mode="flip", context=context)[1].certified)
 
     def test_every_allocation_may_fail(self):
         points, faces = grid(4, 4)

@@ -27,7 +27,7 @@ class Law:
 
     def carry(self, mode, points, corner_verts, offsets, uvs, seams, **options):
         source = delmesh.Mesh(points, corner_verts=corner_verts, face_offsets=offsets, marked_edges=seams)
-        result, report = delmesh.remesh(source, mode, **options)
+        result, report = delmesh.remesh(source, mode=mode, **options)
         self.assertTrue(report.certified)
         carried = delmesh.SurfaceMap(source, result, corner_verts, offsets)
         self.assertEqual(carried.corners.shape, (3 * len(result.faces), 3))
@@ -214,7 +214,7 @@ class Values(unittest.TestCase):
     def test_kinds(self):
         points, faces = grid(12, 12)
         source = delmesh.Mesh(points, faces)
-        result, report = delmesh.remesh(source, "preserve")
+        result, report = delmesh.remesh(source)
         carried = delmesh.SurfaceMap(source, result)
         count = len(points)
         numbers = np.arange(count, dtype=np.int32)

@@ -1,15 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Context, Mesh and the operations: one Python call per call of delmesh.h.
 
-What holds for all of them: arrays go in as they lie in memory and are kept alive during the call; the interpreter lock is
-released while the library works; `progress(fraction, stage)` is called on the calling thread and cancels by returning False or by
-raising (the exception comes out of the call); Ctrl-C cancels; what fails raises a subclass of DelmeshError.
+What holds for all of them: a mesh is given as two arrays, vertices (n, 3) and faces (m, k), or as one argument: a Mesh, a Result, a
+pair of such arrays, or anything with the attributes `vertices` and `faces`. Arrays go in as they lie in memory and are kept alive
+during the call; the interpreter lock is released while the library works; `progress`, a callable or a tqdm bar, is told
+(fraction, stage) on the calling thread, and cancels by returning False or by raising (the exception comes out of the call); Ctrl-C
+cancels; `cancel` is a CancelToken, `context` a Context; what fails raises a subclass of DelmeshError with the library's sentence.
+Lengths are in model units, angles in degrees.
 """
+from __future__ import annotations
+
 import collections
 import contextlib
 import ctypes as C
+import signal
 import threading
+import typing
 import weakref
+from typing import Any, Callable, Literal, NamedTuple, Sequence, TypedDict
 
 import numpy as np
 
@@ -46,6 +54,12 @@ def _set_options(struct, options):
 def _public(struct):
     return [name for name, _ in struct._fields_ if name not in ("struct_size", "reserved0", "reserved1")]
 
+
+Mode = Literal["preserve", "flip", "feature"]
+Boundary = Literal["nonobtuse", "ignore"]
+Progress = typing.Union[Callable[[float, str], Any], Any, None]  # the second: a tqdm bar, or its class
+if typing.TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _STOPPED_BY = {value: name for name, value in _names("DELMESH_STOPPED_BY_").items()}
 
@@ -105,6 +119,27 @@ class CancelToken:
                 self._contexts.remove(context)
 
 
+@contextlib.contextmanager
+def _told(progress):
+    """-> the callable behind `progress`: itself, or what moves a tqdm bar; one that is made here is closed here."""
+    if not hasattr(progress, "update"):
+        yield progress
+        return
+    bar = progress(total=100, bar_format="{l_bar}{bar}| {elapsed}") if isinstance(progress, type) else progress
+
+    def move(fraction, stage):
+        if bar.total is None:
+            bar.total = 100
+        bar.set_description_str(stage, refresh=False)
+        bar.update(round(fraction * bar.total, 2) - bar.n)
+
+    try:
+        yield move
+    finally:
+        if bar is not progress:
+            bar.close()
+
+
 class _Callbacks:
     """The C callbacks of a context and what they carry during a call. Not the Context itself: they would keep it alive."""
 
@@ -113,12 +148,13 @@ class _Callbacks:
         self.error = None
 
         def on_progress(_user, fraction, stage):
-            try:  # anything but DELMESH_CONTINUE cancels
-                if self.error is None and (self.progress is None or self.progress(fraction, stage.decode()) is not False):
-                    return _capi.DELMESH_CONTINUE
-            except BaseException as error:  # KeyboardInterrupt too: it arrives here
+            go_on = True
+            try:
+                if self.error is None and self.progress is not None:
+                    go_on = self.progress(fraction, stage.decode()) is not False
+            except BaseException as error:
                 self.error = error
-            return 0
+            return _capi.DELMESH_CONTINUE if go_on and self.error is None else 0
 
         def on_log(_user, level, text):
             try:
@@ -128,6 +164,24 @@ class _Callbacks:
 
         self.c_progress = _capi.delmesh_progress_fn(on_progress)
         self.c_log = _capi.delmesh_log_fn(on_log) if log else _capi.delmesh_log_fn()
+
+
+@contextlib.contextmanager
+def _interruptible(callbacks):
+    """Ctrl-C cancels the call. Python would raise KeyboardInterrupt between any two steps of a callback, also where ctypes drops it;
+    so during a call it is noted, and raised when the call has returned. Who has a handler of their own keeps it."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+
+    def note(_signal, _frame):
+        callbacks.error = callbacks.error or KeyboardInterrupt()
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class Context:
@@ -162,8 +216,9 @@ class Context:
         if not self._lock.acquire(blocking=False):
             raise Busy("The context was in use: a call on it has not returned yet.")
         try:
-            self._callbacks.progress, self._callbacks.error = progress, None
-            with cancel._attached(self) if cancel else contextlib.nullcontext():
+            self._callbacks.error = None
+            with (_told(progress) as self._callbacks.progress, _interruptible(self._callbacks),
+                  cancel._attached(self) if cancel else contextlib.nullcontext()):
                 status = function(self._handle, *arguments)
                 sentence = self._library.last_error(self._handle).decode() if status else ""
             if cancel and cancel.cancelled and status != _capi.DELMESH_ERROR_CANCELLED:
@@ -294,58 +349,60 @@ class Mesh:
         return out
 
     @property
-    def positions(self):
+    def positions(self) -> np.ndarray:
         """(v, 3) in the precision of the mesh."""
         return self._borrow("positions")
 
+    vertices = positions
+
     @property
-    def faces(self):
+    def faces(self) -> np.ndarray:
         """(f, 3) vertices."""
         return self._borrow("faces")
 
     @property
-    def edges(self):
+    def edges(self) -> np.ndarray:
         """(e, 2) vertices of each unique edge."""
         return self._borrow("edges")
 
     @property
-    def corner_edges(self):
+    def corner_edges(self) -> np.ndarray:
         """(f, 3) edge from each corner to the next."""
         return self._borrow("corner_edges")
 
     @property
-    def corner_twins(self):
+    def corner_twins(self) -> np.ndarray:
         """(f, 3) the corner 3 f + k of the same edge in the neighbouring face, -1 on the boundary."""
         return self._borrow("corner_twins")
 
     @property
-    def face_source(self):
+    def face_source(self) -> np.ndarray:
         """(f,) polygon of the source."""
         return self._borrow("face_source")
 
     @property
-    def vert_source(self):
+    def vert_source(self) -> np.ndarray:
         """(v,) vertex of the source, -1 for those made by splits."""
         return self._borrow("vert_source")
 
     @property
-    def vert_join(self):
+    def vert_join(self) -> np.ndarray:
         """(v,) the vertex to join this one to where a non-manifold place was cut open, itself if none."""
         return self._borrow("vert_join")
 
     @property
-    def vert_parent(self):
+    def vert_parent(self) -> np.ndarray:
         """(v,) of a level of lod_family: the vertex of the next coarser level that this one went into, -1 if its component was
         pruned; of the coarsest level and of other meshes: itself."""
         return self._borrow("vert_parent")
 
     @property
-    def vert_map(self):
+    def vert_map(self) -> tuple[np.ndarray, np.ndarray]:
         """(v, 3) source vertices and (v, 3) float64 weights: where each vertex lies on the source."""
         return self._borrow("vert_map_verts"), self._borrow("vert_map_weights")
 
     @property
-    def edge_flags(self):
+    def edge_flags(self) -> np.ndarray:
         """(e,) bits delmesh.EDGE_BOUNDARY, EDGE_MARKED, EDGE_FEATURE, EDGE_CUT, EDGE_SOURCE."""
         return self._borrow("edge_flags")
 
@@ -355,8 +412,23 @@ class Mesh:
         context._call(self._handle.native.mesh_validate, self._handle.pointer)
 
 
+def _is_array(mesh):
+    """Whether it is vertices rather than a mesh: a pair of arrays is a mesh, of three and more rows is not."""
+    return isinstance(mesh, np.ndarray) or (isinstance(mesh, (list, tuple)) and not isinstance(mesh, Result) and len(mesh) != 2)
+
+
+def _one(mesh, faces):
+    """The mesh that two arguments, or the first alone, stand for."""
+    if faces is None:
+        return mesh
+    if not _is_array(mesh):
+        raise TypeError(f"the second argument are the faces of the vertices in the first, which was a {type(mesh).__name__}")
+    return mesh, faces
+
+
 def _prepare(context, cancel, *meshes):
     """-> (context, every mesh as a Mesh)."""
+    meshes = [mesh.mesh if isinstance(mesh, Result) else mesh for mesh in meshes]
     made = [mesh for mesh in meshes if isinstance(mesh, Mesh)]
     context = context or Context(library=made[0]._handle.native if made else None)
     if any(mesh._handle.native is not context._library for mesh in made):
@@ -365,10 +437,11 @@ def _prepare(context, cancel, *meshes):
     for mesh in meshes:
         if not isinstance(mesh, Mesh):
             try:
-                positions, faces = mesh
-            except (TypeError, ValueError):
-                raise TypeError(f"expected a delmesh.Mesh or the pair (positions, faces), not {type(mesh).__name__}") from None
-            mesh = Mesh(positions, faces, context=context, cancel=cancel)
+                vertices, faces = (mesh.vertices, mesh.faces) if hasattr(mesh, "faces") else mesh
+            except (AttributeError, TypeError, ValueError):
+                raise TypeError("expected vertices and faces, a pair of them, a delmesh.Mesh or another mesh with `vertices` and "
+                                f"`faces`, not {type(mesh).__name__}") from None
+            mesh = Mesh(vertices, faces, context=context, cancel=cancel)
         result.append(mesh)
     return context, *result
 
@@ -391,19 +464,94 @@ def _run(context, name, arguments, report_type, progress, cancel, out=None):
     return report_type(*_values(report))
 
 
-def remesh(mesh, mode="preserve", *, progress=None, cancel=None, context=None, **options):
-    """Makes a Delaunay mesh out of a Mesh or (positions, faces): -> (Mesh, RemeshReport).
+class RemeshOptions(TypedDict, total=False):
+    """The keyword arguments of remesh: the fields of delmesh_remesh_options, choices as words."""
 
-    mode: "preserve", "flip" or "feature". Options are the fields of delmesh_remesh_options, by name, with the choices as words:
-    placement="interval" | "shells", boundary="nonobtuse" | "ignore", precision="float32" | "float64" (here the default is that of
-    the mesh), strict, compact, feature_angle, max_normal_turn, shell_unit, tolerance, max_vertices, split_budget,
-    effort (preserve: 0 plain rule, 1 look ahead, more: search for fewer vertices).
+    mode: Mode  # "preserve"
+    placement: Literal["interval", "shells"]  # where edges are split
+    boundary: Boundary  # whether angles opposite to boundary edges must be at most 90 degrees
+    precision: Any  # "float32" or "float64", of the result; here the default is that of the mesh
+    strict: bool  # refuse what would have to be repaired
+    compact: bool  # leave out vertices that no face uses
+    effort: int  # preserve: 0 plain rule, 1 look ahead, more: search for fewer vertices
+    feature_angle: float  # degrees; mode "feature" keeps edges whose normals turn more
+    max_normal_turn: float  # degrees; flips that turn a normal further are refused
+    shell_unit: float  # length; radius of the innermost shell
+    tolerance: float  # length; how far "preserve" may move the surface
+    max_vertices: int  # of the result
+    split_budget: int
+
+
+class DecimateOptions(TypedDict, total=False):
+    """The keyword arguments of lod_family and decimate: the fields of delmesh_decimate_options, choices as words."""
+
+    prepare: Mode  # "flip"; how the input becomes Delaunay
+    boundary: Boundary
+    precision: Any  # "float32" or "float64", of the result; here the default is that of the mesh
+    strict: bool
+    collapse_placement: Literal["all", "paper", "endpoints"]  # where the vertex of a collapse may go
+    quality: int  # sweeps of relaxation; 6 is most of what there is to gain
+    feature_angle: float  # degrees; prepare="feature" keeps edges whose normals turn more
+    tolerance: float  # length; how far prepare="preserve" may move the surface
+    max_normal_turn: float  # degrees
+    boundary_weight: float
+    prune: float  # length; components with a smaller diagonal may vanish
+    vert_weights: Any  # (v,) numbers over 0 that scale the error around each source vertex
+    locked_verts: Any  # (v,) bool or integers: source vertices that stay where they are
+    face_mask: Any  # (f,) bool or integers per source polygon: what is 0 stays as it is
+
+
+class DistanceOptions(TypedDict, total=False):
+    """The keyword arguments of distance: the fields of delmesh_distance_options."""
+
+    compute_bound: bool
+    samples: int
+    relative_error: float
+    absolute_error: float
+
+
+class Result(NamedTuple):
+    """A mesh and the report of how it was made: (mesh, report)."""
+
+    mesh: Mesh
+    report: Any
+
+    @property
+    def vertices(self) -> np.ndarray:
+        """(v, 3) read-only, in the precision of the mesh: mesh.positions."""
+        return self.mesh.positions
+
+    @property
+    def faces(self) -> np.ndarray:
+        """(f, 3) read-only vertices of each triangle: mesh.faces."""
+        return self.mesh.faces
+
+
+class Family(NamedTuple):
+    """The meshes of lod_family, the finest first, and the report: (levels, report)."""
+
+    levels: list[Mesh]
+    report: Any
+
+
+def remesh(mesh, faces=None, /, *, progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
+           **options: Unpack[RemeshOptions]) -> Result:
+    """Makes a Delaunay mesh: remesh(vertices, faces, mode="preserve") -> Result with .vertices, .faces, .mesh, .report.
+
+    vertices  (n, 3) float32 or float64, any strides; anything else is converted
+    faces     (m, k) integers, counter-clockwise seen from outside
+    mode      "preserve" (the surface stays), "flip" (the vertices stay) or "feature" (sharp edges stay)
+
+    Vertex i of the input is vertex i of the result; new ones come after. Further options, see RemeshOptions: placement, boundary,
+    precision, strict, compact, effort, feature_angle and max_normal_turn (degrees), shell_unit and tolerance (lengths),
+    max_vertices, split_budget. Raises InvalidArgument, IndexOutOfRange, NoSurface, NonOrientable, VertexLimit,
+    PrecisionExhausted, Cancelled, ... with the RemeshReport so far as `report`.
     """
-    context, source = _prepare(context, cancel, mesh)
+    context, source = _prepare(context, cancel, _one(mesh, faces))
     settings, out = _initialised(context._library, _capi.delmesh_remesh_options), C.c_void_p()
-    _set_options(settings, {"precision": source.info.precision, **options, "mode": mode})
+    _set_options(settings, {"precision": source.info.precision, **options})
     report = _run(context, "remesh", [source._handle.pointer, settings, out], RemeshReport, progress, cancel, out)
-    return Mesh._made(context._library, out), report
+    return Result(Mesh._made(context._library, out), report)
 
 
 _TARGETS = _names("DELMESH_TARGET_")
@@ -420,34 +568,46 @@ def _targets(targets):
     return made
 
 
-def lod_family(mesh, targets, prepare="flip", *, vert_weights=None, locked_verts=None, face_mask=None, progress=None, cancel=None,
-               context=None, **options):
-    """Decimates a Mesh or (positions, faces) to each target in one run, every level Delaunay: -> ([Mesh, ...], DecimateReport).
+def _one_of(**given):
+    """-> the name and the value of the one argument that is not None."""
+    there = [(name, value) for name, value in given.items() if value is not None]
+    if len(there) != 1:
+        raise InvalidArgument(f"Exactly one of {', '.join(given)} must be given.")
+    return there[0]
 
-    targets       the finest first: "full" (the whole Delaunay mesh), ("vertices", n), ("faces", n), ("ratio", share of the
-                  input's triangles), ("deviation", distance in model units that is proven to be kept). What kept a level from
-                  its target is its report.levels[i].stopped_by: "target" (nothing), "topology", "delaunay", "features", "bound"
-    vert_weights  (v,) numbers over 0 that scale the error around each source vertex
-    locked_verts  (v,) bool or integers: source vertices that stay where they are
-    face_mask     (f,) bool or integers per source polygon: what is 0 stays as it is
-    Options are the fields of delmesh_decimate_options, by name, with the choices as words: prepare="flip" | "preserve" | "feature",
-    collapse_placement="all" | "paper" | "endpoints", precision (here the default is that of the mesh), quality (sweeps of
-    relaxation; 6 is most of what there is to gain), boundary, strict, feature_angle, tolerance, max_normal_turn, boundary_weight,
-    prune. A level's vert_parent leads to the next coarser one.
+
+def lod_family(mesh, faces=None, /, *, targets: Sequence | None = None, ratios: Sequence[float] | None = None,
+               progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
+               **options: Unpack[DecimateOptions]) -> Family:
+    """Coarser and coarser Delaunay meshes in one run: lod_family(vertices, faces, ratios=[0.5, 0.1]) -> Family with .levels, one
+    Mesh each, and .report, a DecimateReport.
+
+    ratios   shares of the input's triangles, the largest first; or
+    targets  the finest first: "full" (the whole Delaunay mesh), ("vertices", n), ("faces", n), ("ratio", share), ("deviation",
+             distance in model units that is proven to be kept)
+
+    What kept a level from its target is its report.levels[i].stopped_by: "target" (nothing), "topology", "delaunay", "features",
+    "bound". A level's vert_parent leads to the next coarser one. Further options, see DecimateOptions: prepare="flip" | "preserve"
+    | "feature", quality, vert_weights (n,), locked_verts (n,), face_mask (m,), collapse_placement, precision, boundary, strict,
+    feature_angle and max_normal_turn (degrees), tolerance and prune (lengths), boundary_weight.
     """
-    context, source = _prepare(context, cancel, mesh)
+    name, values = _one_of(targets=targets, ratios=ratios)
+    wanted = _targets([("ratio", value) for value in values] if name == "ratios" else list(values))
+    context, source = _prepare(context, cancel, _one(mesh, faces))
     library = context._library
     settings = _initialised(library, _capi.delmesh_decimate_options)
-    _set_options(settings, {"precision": source.info.precision, **options, "prepare": prepare})
     keep = []  # the arrays that the views point into
-    for name, values in (("vert_weights", vert_weights), ("locked_verts", locked_verts), ("face_mask", face_mask)):
-        if values is not None:
+    plain = {"precision": source.info.precision, "prepare": "flip"}
+    for name, values in options.items():
+        if name not in ("vert_weights", "locked_verts", "face_mask"):
+            plain[name] = values
+        elif values is not None:
             if name != "vert_weights" and np.asarray(values).dtype.kind in "iu":
                 values = np.asarray(values) != 0
             view, array = _arrays.view(values, name, 1, floating=name == "vert_weights", bytes_too=True)
             setattr(settings, name, view)
             keep.append(array)
-    wanted = _targets(list(targets))
+    _set_options(settings, plain)
     out, levels = (C.c_void_p * len(wanted))(), (_capi.delmesh_level_report * len(wanted))()
     for level in levels:
         library.level_report_init(level, C.sizeof(level))
@@ -461,31 +621,37 @@ def lod_family(mesh, targets, prepare="flip", *, vert_weights=None, locked_verts
     except DelmeshError as error:
         error.report = with_levels(error.report)
         raise
-    return [Mesh._made(library, C.c_void_p(made)) for made in out], with_levels(report)
+    return Family([Mesh._made(library, C.c_void_p(made)) for made in out], with_levels(report))
 
 
-def decimate(mesh, prepare="flip", *, vertices=None, faces=None, ratio=None, deviation=None, **options):
-    """Decimates to one target, as lod_family does, with its options: -> (Mesh, DecimateReport)."""
-    given = {"vertices": vertices, "faces": faces, "ratio": ratio, "deviation": deviation}
-    targets = [(kind, value) for kind, value in given.items() if value is not None]
-    if len(targets) != 1:
-        raise InvalidArgument(f"Exactly one of {', '.join(given)} must be given.")
-    made, report = lod_family(mesh, targets, prepare, **options)
-    return made[0], report
+def decimate(mesh, faces_of_mesh=None, /, *, vertices: int | None = None, faces: int | None = None, ratio: float | None = None,
+             deviation: float | None = None, progress: Progress = None, cancel: CancelToken | None = None,
+             context: Context | None = None, **options: Unpack[DecimateOptions]) -> Result:
+    """Decimates to one target: decimate(vertices, faces, ratio=0.1) -> Result with .vertices, .faces, .mesh, .report.
+
+    Exactly one of: vertices or faces (how many), ratio (of the input's triangles), deviation (length, proven to be kept). The
+    options are those of lod_family.
+    """
+    target = _one_of(vertices=vertices, faces=faces, ratio=ratio, deviation=deviation)
+    made, report = lod_family(_one(mesh, faces_of_mesh), targets=[target], progress=progress, cancel=cancel, context=context,
+                              **options)
+    return Result(made[0], report)
 
 
-def estimate_preserve(mesh, *, progress=None, cancel=None, context=None, **options):
-    """How many vertices remesh(mesh, "preserve", **options) would return, without doing all of it: -> PreserveEstimate."""
-    context, source = _prepare(context, cancel, mesh)
+def estimate_preserve(mesh, faces=None, /, *, progress: Progress = None, cancel: CancelToken | None = None,
+                      context: Context | None = None, **options: Unpack[RemeshOptions]) -> PreserveEstimate:
+    """How many vertices remesh(mesh, mode="preserve", **options) would return, without doing all of it."""
+    context, source = _prepare(context, cancel, _one(mesh, faces))
     settings = _initialised(context._library, _capi.delmesh_remesh_options)
     _set_options(settings, {"precision": source.info.precision, **options})
     return _run(context, "estimate_preserve", [source._handle.pointer, settings], PreserveEstimate, progress, cancel)
 
 
-def certify(mesh, *, boundary="nonobtuse", listed=False, progress=None, cancel=None, context=None):
-    """Decides exactly whether a mesh is Delaunay: -> CertifyReport. With listed, its nld_edges (n, 2) and zero_area_face_list
-    (n,) hold what offends; else they are None."""
-    context, source = _prepare(context, cancel, mesh)
+def certify(mesh, faces=None, /, *, boundary: Boundary = "nonobtuse", listed: bool = False, progress: Progress = None,
+            cancel: CancelToken | None = None, context: Context | None = None) -> CertifyReport:
+    """Decides exactly whether a mesh is Delaunay: certify(vertices, faces).delaunay. With listed, nld_edges (n, 2) and
+    zero_area_face_list (n,) of the report hold what offends; else they are None."""
+    context, source = _prepare(context, cancel, _one(mesh, faces))
     settings = _initialised(context._library, _capi.delmesh_certify_options)
     _set_options(settings, {"boundary": boundary})
     arguments = [source._handle.pointer, settings]
@@ -500,15 +666,32 @@ def certify(mesh, *, boundary="nonobtuse", listed=False, progress=None, cancel=N
     return report._replace(nld_edges=edges, zero_area_face_list=faces)
 
 
-def measure(mesh, *, progress=None, cancel=None, context=None):
-    """Angle statistics, lengths and area: -> QualityReport."""
-    context, source = _prepare(context, cancel, mesh)
+class Measurement(NamedTuple):
+    """What measure says of two meshes: the QualityReport of each and the DistanceReport between them."""
+
+    a: Any
+    b: Any
+    distance: Any
+
+
+def measure(mesh, other=None, /, *, progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None):
+    """Angle statistics (degrees), lengths and area: measure(vertices, faces) or measure(mesh) -> QualityReport.
+
+    measure(a, b) of two meshes, each given as one argument -> Measurement with .a, .b and .distance. `progress` runs once for each
+    of the three.
+    """
+    if other is not None and not _is_array(mesh):
+        context, a, b = _prepare(context, cancel, mesh, other)
+        more = {"progress": progress, "cancel": cancel, "context": context}
+        return Measurement(measure(a, **more), measure(b, **more), distance(a, b, **more))
+    context, source = _prepare(context, cancel, _one(mesh, other))
     return _run(context, "measure_quality", [source._handle.pointer], QualityReport, progress, cancel)
 
 
-def distance(a, b, *, progress=None, cancel=None, context=None, **options):
-    """Two-sided distance between two surfaces: -> DistanceReport. Options are the fields of delmesh_distance_options:
-    compute_bound, samples, relative_error, absolute_error."""
+def distance(a, b, *, progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
+             **options: Unpack[DistanceOptions]) -> DistanceReport:
+    """Two-sided distance between two surfaces, each given as one argument. Further options: compute_bound (whether to prove an
+    upper bound), samples, relative_error, absolute_error (length)."""
     context, a, b = _prepare(context, cancel, a, b)
     settings = _initialised(context._library, _capi.delmesh_distance_options)
     _set_options(settings, options)

@@ -57,7 +57,7 @@ class SurfaceMap:
     """Where everything in `result` comes from in the arrays that `source` was made of.
 
     source        the Mesh given to remesh, made without weld, with the seams of the attributes as marked_edges
-    result        what remesh made of it, without compact
+    result        what remesh made of it, a Mesh or a Result, without compact
     corner_verts  (c,) and face_offsets (m + 1,): the polygons of the source as they were given; by default triangles
 
     corners, corner_weights  (3 f, 3) source corners and weights of each corner of the result
@@ -66,6 +66,7 @@ class SurfaceMap:
     """
 
     def __init__(self, source, result, corner_verts=None, face_offsets=None):
+        result = getattr(result, "mesh", result)  # of a Result
         s, r = _Corners(source), _Corners(result)
         if corner_verts is None:
             corner_verts = s.vert_source[s.vert]
