@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The build backend of the package (PEP 517): pip asks it for a wheel, it compiles the library with CMake and packs both.
 
-It needs CMake and a C++20 compiler (GCC 12, Clang 14 or later), nothing from a package index, and no Python headers: ctypes needs none,
-so one py3-none-<platform> wheel serves every Python. Settings, as in `pip wheel --config-settings library=libdelmesh.so`:
+It needs CMake and a C++20 compiler (GCC 12, Clang 14 or later), nothing from a package index, and no Python headers: ctypes needs
+none, so one py3-none-<platform> wheel serves every Python. Settings, as in `pip wheel --config-settings library=libdelmesh.so`:
 
     library   carry this file instead of compiling one
     platform  the tag of the wheel, e.g. manylinux_2_28_x86_64; default: the running system's
@@ -80,7 +80,7 @@ def metadata():
 
 
 def package_files():
-    return {f"delmesh/{path.name}": path for path in sorted((HERE / "delmesh").iterdir()) if path.suffix == ".py" or path.name == "py.typed"}
+    return {f"delmesh/{path.name}": path for path in sorted((HERE / "delmesh").iterdir()) if path.suffix in (".py", ".typed")}
 
 
 def write_wheel(folder, library, tag):

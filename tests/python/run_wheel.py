@@ -28,7 +28,8 @@ def run(*command, cwd):
 def check(python, source, library, folder):
     """pip makes a wheel of `source`; it is looked at, installed and used."""
     folder.mkdir()
-    run(python, "-m", "pip", "wheel", "-q", "--no-deps", "--config-settings", f"library={library}", "-w", folder, source, cwd=folder)
+    run(python, "-m", "pip", "wheel", "-q", "--no-deps", "--config-settings", f"library={library}", "-w", folder, source,
+        cwd=folder)
     (wheel,) = folder.glob("delmesh-*-py3-none-*.whl")
     names = set(zipfile.ZipFile(wheel).namelist())
     expected = {f"delmesh/{path.name}" for path in (PACKAGE / "delmesh").iterdir() if path.suffix == ".py"} | {"delmesh/py.typed"}
@@ -46,7 +47,8 @@ def main():
     library = pathlib.Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
-        made = subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", folder / "venv"], capture_output=True, text=True)
+        command = [sys.executable, "-m", "venv", "--system-site-packages", folder / "venv"]
+        made = subprocess.run(command, capture_output=True, text=True)
         if made.returncode:
             print(f"SKIPPED: no virtual environment can be made: {made.stdout}{made.stderr}")
             sys.exit(77)

@@ -168,9 +168,10 @@ class _Callbacks:
 
 @contextlib.contextmanager
 def _interruptible(callbacks):
-    """Ctrl-C cancels the call. Python would raise KeyboardInterrupt between any two steps of a callback, also where ctypes drops it;
-    so during a call it is noted, and raised when the call has returned. Who has a handler of their own keeps it."""
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    """Ctrl-C cancels the call. Python would raise KeyboardInterrupt between any two steps of a callback, also where ctypes drops
+    it; so during a call it is noted, and raised when the call has returned. Who has a handler of their own keeps it."""
+    is_main = threading.current_thread() is threading.main_thread()
+    if not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield
         return
 
