@@ -47,6 +47,7 @@ class Generated(unittest.TestCase):
     def test_committed_file_is_what_the_header_gives(self):
         header = self.generator.Header(self.text)
         self.assertEqual(self.generator.generate(header), pathlib.Path(_capi.__file__).read_text(encoding="utf-8"))
+        self.assertEqual(self.generator.reports(header), self.generator.REPORTS.read_text(encoding="utf-8"))
         self.assertEqual(self.generator.fields(header), self.generator.FIELDS.read_text(encoding="utf-8"))
 
     def test_a_changed_header_gives_another_file(self):

@@ -10,7 +10,6 @@ Lengths are in model units, angles in degrees.
 """
 from __future__ import annotations
 
-import collections
 import contextlib
 import ctypes as C
 import signal
@@ -21,8 +20,10 @@ from typing import Any, Callable, Literal, NamedTuple, Sequence, TypedDict
 
 import numpy as np
 
-from . import _arrays, _capi
+from . import _arrays, _capi, _reports
 from ._library import library as _default_library
+from ._reports import (CertifyReport, DecimateReport, DistanceReport, LevelReport, MeshInfo, PreserveEstimate, QualityReport,
+                       RemeshReport)
 from .errors import BY_STATUS, Busy, DelmeshError, InvalidArgument
 
 
@@ -62,24 +63,6 @@ if typing.TYPE_CHECKING:
     from typing_extensions import Unpack
 
 _STOPPED_BY = {value: name for name, value in _names("DELMESH_STOPPED_BY_").items()}
-
-
-def _report_type(name, struct, *more):
-    """The named tuple that a report of the library becomes; `more` fields are None unless filled in."""
-    cls = collections.namedtuple(name, [*_public(struct), *more], defaults=[None] * len(more))
-    cls.__doc__ = f"The fields of {struct.__name__}: see delmesh.h."
-    cls.struct = struct
-    return cls
-
-
-MeshInfo = _report_type("MeshInfo", _capi.delmesh_mesh_info)
-RemeshReport = _report_type("RemeshReport", _capi.delmesh_remesh_report)
-PreserveEstimate = _report_type("PreserveEstimate", _capi.delmesh_preserve_estimate)
-LevelReport = _report_type("LevelReport", _capi.delmesh_level_report)
-DecimateReport = _report_type("DecimateReport", _capi.delmesh_decimate_report, "levels")
-CertifyReport = _report_type("CertifyReport", _capi.delmesh_certify_report, "nld_edges", "zero_area_face_list")
-QualityReport = _report_type("QualityReport", _capi.delmesh_quality_report)
-DistanceReport = _report_type("DistanceReport", _capi.delmesh_distance_report)
 
 
 def _values(struct):
@@ -456,7 +439,7 @@ def _initialised(library, struct):
 
 def _run(context, name, arguments, report_type, progress, cancel, out=None):
     """Calls the operation; its last argument is the report, which becomes a report_type, also where the call fails."""
-    report = _initialised(context._library, report_type.struct)
+    report = _initialised(context._library, _reports.STRUCTS[report_type])
     try:
         context._call(getattr(context._library, name), *arguments, report, progress=progress, cancel=cancel, out=out)
     except DelmeshError as error:
@@ -515,7 +498,7 @@ class Result(NamedTuple):
     """A mesh and the report of how it was made: (mesh, report)."""
 
     mesh: Mesh
-    report: Any
+    report: Any  # a RemeshReport of remesh, a DecimateReport of decimate
 
     @property
     def vertices(self) -> np.ndarray:
@@ -532,7 +515,7 @@ class Family(NamedTuple):
     """The meshes of lod_family, the finest first, and the report: (levels, report)."""
 
     levels: list[Mesh]
-    report: Any
+    report: DecimateReport
 
 
 def remesh(mesh, faces=None, /, *, progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
@@ -668,11 +651,11 @@ def certify(mesh, faces=None, /, *, boundary: Boundary = "nonobtuse", listed: bo
 
 
 class Measurement(NamedTuple):
-    """What measure says of two meshes: the QualityReport of each and the DistanceReport between them."""
+    """What measure says of two meshes: the quality of each and the distance between them."""
 
-    a: Any
-    b: Any
-    distance: Any
+    a: QualityReport
+    b: QualityReport
+    distance: DistanceReport
 
 
 def measure(mesh, other=None, /, *, progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None):
@@ -683,7 +666,7 @@ def measure(mesh, other=None, /, *, progress: Progress = None, cancel: CancelTok
     """
     if other is not None and not _is_array(mesh):
         context, a, b = _prepare(context, cancel, mesh, other)
-        more = {"progress": progress, "cancel": cancel, "context": context}
+        more: dict[str, Any] = {"progress": progress, "cancel": cancel, "context": context}
         return Measurement(measure(a, **more), measure(b, **more), distance(a, b, **more))
     context, source = _prepare(context, cancel, _one(mesh, other))
     return _run(context, "measure_quality", [source._handle.pointer], QualityReport, progress, cancel)

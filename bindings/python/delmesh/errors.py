@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every way a call can fail, one class per status of delmesh.h. The message is the library's own sentence."""
+from __future__ import annotations
+
+from typing import Any
+
 from . import _capi
 
 
@@ -7,8 +11,8 @@ class DelmeshError(Exception):
     """The base of all errors of this package. `status` is the number of delmesh.h (None where no library was reached), `report`
     the part of a report that was filled before the error, or None."""
 
-    status = None
-    report = None
+    status: int | None = None
+    report: Any = None
 
 
 class LibraryNotFound(DelmeshError):
