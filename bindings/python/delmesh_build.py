@@ -12,6 +12,7 @@ import hashlib
 import io
 import os
 import pathlib
+import platform
 import re
 import shutil
 import subprocess
@@ -42,7 +43,9 @@ def project():
 
 
 def here_tag():
-    return re.sub(r"[-. ]", "_", sysconfig.get_platform())
+    tag = re.sub(r"[-. ]", "_", sysconfig.get_platform())
+    # A universal Python says nothing of what the compiler makes, which is this machine's code.
+    return re.sub(r"^macosx_\w+_universal2$", f"macosx_11_0_{platform.machine()}", tag)
 
 
 def place_of(tag):
