@@ -312,7 +312,7 @@ int64_t Loop::slot_of(const VertexPair& edge) const {
 // Is v more than the one vertex that each NLD edge of the input needs?
 bool Loop::is_in_excess(int32_t v) const {
     const int32_t carrier = s.split_vertices[v - s.first_split].carrier;
-    if (s.carrier_splits[carrier] > 1) return true;
+    if (s.carrier_splits[carrier] > 1 || nld_at_start.empty()) return true; // empty: a flip mode past its split budget
     const VertexPair edge{s.carriers[carrier].a, s.carriers[carrier].b};
     return nld_at_start[slot_of(edge)].a < 0;
 }
