@@ -172,6 +172,35 @@ DELMESH_API void delmesh_context_memory(const delmesh_context* context, uint64_t
 
 enum { DELMESH_WELD_NONE = 0, DELMESH_WELD_EXACT = 1 };
 
+/* What a layer of values is, and so which bit its borders have in DELMESH_EDGE_FLAGS. */
+enum {
+    DELMESH_LAYER_UV = 1,       /* at corners, 2 or 3 components */
+    DELMESH_LAYER_NORMAL = 2,   /* at corners */
+    DELMESH_LAYER_COLOR = 3,    /* at corners */
+    DELMESH_LAYER_OTHER = 4,    /* at corners */
+    DELMESH_LAYER_MATERIAL = 5, /* of faces: integers, 1 component */
+    DELMESH_LAYER_FACE_SET = 6  /* of faces: integers, 1 component */
+};
+/* Are edges kept at which the layer's values jump? _DEFAULT: all but those of normals and colours. */
+enum { DELMESH_BORDER_DEFAULT = 0, DELMESH_BORDER_KEEP = 1, DELMESH_BORDER_FREE = 2 };
+
+/* Values that the host has at the corners of its polygons, or at the polygons (docs/attributes.md). They are compared across edges
+ * when the mesh is made. Kept beyond that, as float32: UV layers, whose texture preserve leaves in its place on flat places, and any layer
+ * with a weight. To carry values over to a result: delmesh_transfer. */
+typedef struct delmesh_layer {
+    uint32_t struct_size;
+    int32_t kind;            /* DELMESH_LAYER_* */
+    int32_t border;          /* DELMESH_BORDER_* */
+    int32_t reserved0;
+    double tolerance;        /* values that differ by no more in each component are the same; 0 (default): bitwise, and -0 = 0 */
+    double affine_tolerance; /* UV: by how much the texture may move on flat places, in its own units; < 0 (default): 1e-5 of the
+                                range of its values */
+    double weight;           /* decimation: how much an error of this layer counts, see delmesh_decimate_options; 0 (default): not */
+    delmesh_view values;     /* as many as corners, in their order, 1..16 float32, float64, int32, uint32 or uint8; or as many as faces */
+} delmesh_layer;
+
+DELMESH_API void delmesh_layer_init(delmesh_layer* layer, uint32_t struct_size);
+
 /* A mesh as the host has it. Either triangles (corner_verts alone: count = 3 F with 1 component, or F with 3 components), or
  * polygons with face_offsets (F + 1 ascending positions into corner_verts, from 0 to its count) or face_sizes (F sizes). */
 typedef struct delmesh_mesh_desc {
@@ -185,6 +214,13 @@ typedef struct delmesh_mesh_desc {
     delmesh_view face_offsets; /* optional, int32, uint32 or int64 */
     delmesh_view face_sizes;   /* optional, int32, uint32, int64 or uint8 */
     delmesh_view marked_edges; /* optional, M x 2 vertex indices: edges that remesh keeps (never flips) in every mode */
+    /* optional, layer_count of them, each with struct_size set and the same: what says where textures, materials... have borders */
+    const delmesh_layer* layers;
+    int32_t layer_count; /* 0..64 */
+    int32_t reserved1;
+    /* optional, E x 2 vertex indices: the host's edges, in any order; DELMESH_EDGE_SOURCE_EDGE then has its numbers */
+    delmesh_view edge_verts;
+    delmesh_view edge_marks; /* optional, one uint8, int32... per edge_verts: 0 or DELMESH_EDGE_MARKED, _SHARP, _SEAM, _CREASE, added */
 } delmesh_mesh_desc;
 
 DELMESH_API void delmesh_mesh_desc_init(delmesh_mesh_desc* desc, uint32_t struct_size);
@@ -227,6 +263,10 @@ DELMESH_API void delmesh_mesh_info_init(delmesh_mesh_info* info, uint32_t struct
 /* Counts of a mesh. info->struct_size must be set. O(1). Errors: INVALID_ARGUMENT. */
 DELMESH_API int32_t delmesh_mesh_get_info(const delmesh_mesh* mesh, delmesh_mesh_info* info);
 
+/* How many interior edges have a border of the layer with that number in mesh_create, kept or not. O(1).
+ * Errors: INVALID_ARGUMENT (also for meshes that mesh_create did not make). */
+DELMESH_API int32_t delmesh_mesh_layer_borders(const delmesh_mesh* mesh, int32_t layer, int64_t* edges);
+
 /* Arrays of a mesh. V vertices, F triangles, 3 F corners, E edges. Corner 3 f + k is the k-th of face f; "its" edge goes from
  * its vertex to that of the next corner. "Source" is the mesh that the operation was given (for mesh_create: the caller's
  * arrays); copies that mesh_create appended count as the vertex they copy. */
@@ -238,13 +278,18 @@ enum {
     DELMESH_FACE_SOURCE = 5,    /* F: source polygon */
     DELMESH_VERT_SOURCE = 6,    /* V: source vertex; -1 for a vertex made by a split */
     DELMESH_VERT_JOIN = 7,      /* V: the vertex to which this one must be joined to undo the cutting; itself if none */
-    DELMESH_EDGE_FLAGS = 8,     /* E, uint8 or wider: DELMESH_EDGE_* */
+    DELMESH_EDGE_FLAGS = 8,     /* E, uint8 or wider: DELMESH_EDGE_*; uint8 has room for the first eight bits */
     DELMESH_VERT_MAP_VERT = 9,  /* V x 3: three source vertices ... */
     DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and weights (sum 1) where the vertex lies; a source vertex: (i,i,i)
                                    (1,0,0) */
     DELMESH_CORNER_TWIN = 11,   /* 3F x 1, or F x 3: the corner of the same edge in the neighbouring face, -1 on the boundary */
-    DELMESH_VERT_PARENT = 12    /* V: of a level of delmesh_lod_family: the vertex of the next coarser level that this one went
+    DELMESH_VERT_PARENT = 12,   /* V: of a level of delmesh_lod_family: the vertex of the next coarser level that this one went
                                    into, -1 if it was pruned; the coarsest level's, and other meshes', are themselves */
+    /* Only of meshes from mesh_create, and of results that were made with the option `map`: */
+    DELMESH_CORNER_MAP_CORNER = 13, /* 3F x 3: three corners of the source, as the caller numbers them ... */
+    DELMESH_CORNER_MAP_WEIGHT = 14, /* 3F x 3 float64: ... and weights (sum 1), where the corner lies, on its own side of every seam */
+    DELMESH_EDGE_SOURCE_EDGE = 15   /* E: the source edge that the edge is a piece of (the number in edge_verts if the caller gave
+                                       these, else in the source's EDGE_VERT), -1: none */
 };
 
 enum {
@@ -252,7 +297,16 @@ enum {
     DELMESH_EDGE_MARKED = 2,   /* a piece of an edge that the caller marked */
     DELMESH_EDGE_FEATURE = 4,  /* a piece of an input edge sharper than feature_angle, in feature mode */
     DELMESH_EDGE_CUT = 8,      /* boundary made by cutting a non-manifold edge */
-    DELMESH_EDGE_SOURCE = 16   /* a piece of an edge of the source */
+    DELMESH_EDGE_SOURCE = 16,  /* a piece of an edge of the source */
+    DELMESH_EDGE_SHARP = 32,   /* pieces of edges with these edge_marks */
+    DELMESH_EDGE_SEAM = 64,
+    DELMESH_EDGE_CREASE = 128,
+    DELMESH_EDGE_UV = 256,     /* of kept borders of layers, by kind */
+    DELMESH_EDGE_NORMAL = 512,
+    DELMESH_EDGE_COLOR = 1024,
+    DELMESH_EDGE_LAYER = 2048, /* DELMESH_LAYER_OTHER */
+    DELMESH_EDGE_MATERIAL = 4096,
+    DELMESH_EDGE_FACE_SET = 8192
 };
 
 /* Writes one of the arrays above into the caller's memory, converting between the integer types (or the float types) and
@@ -297,6 +351,8 @@ typedef struct delmesh_remesh_options {
     int64_t max_vertices;  /* of the result; 0 (default): 16 x the input's + 10,000 */
     int64_t split_budget;  /* flip, feature: after so many splits of unflippable edges, bent edges are no longer flipped;
                               0 (default): V / 50 + 200 */
+    int32_t map;           /* 1: the result has DELMESH_CORNER_MAP_* and DELMESH_EDGE_SOURCE_EDGE. Default 0 */
+    uint32_t release;      /* DELMESH_EDGE_MARKED, _SHARP ... _FACE_SET, added: edges that have no other of these bits are not kept */
 } delmesh_remesh_options;
 
 DELMESH_API void delmesh_remesh_options_init(delmesh_remesh_options* options, uint32_t struct_size);
@@ -440,6 +496,8 @@ typedef struct delmesh_decimate_options {
     delmesh_view locked_verts;  /* optional, V x 1 uint8 or int32: where not 0, the source vertex stays where it is */
     delmesh_view face_mask;     /* optional, one uint8 or int32 per source polygon: faces with 0 stay as they are, their edges too,
                                    Delaunay or not; what is NLD there is counted in nld_outside */
+    int32_t map;                /* as for delmesh_remesh, as is release */
+    uint32_t release;
 } delmesh_decimate_options;
 
 DELMESH_API void delmesh_decimate_options_init(delmesh_decimate_options* options, uint32_t struct_size);
@@ -499,6 +557,44 @@ DELMESH_API int32_t delmesh_lod_family(delmesh_context* context, const delmesh_m
 DELMESH_API int32_t delmesh_decimate(delmesh_context* context, const delmesh_mesh* in, const delmesh_target* target,
                                      const delmesh_decimate_options* options, delmesh_mesh** out, delmesh_level_report* level,
                                      delmesh_decimate_report* report);
+
+/* ---- Transfer ------------------------------------------------------------------------------------------------------------- */
+
+enum { DELMESH_DOMAIN_VERTEX = 0, DELMESH_DOMAIN_CORNER = 1, DELMESH_DOMAIN_FACE = 2, DELMESH_DOMAIN_EDGE = 3 };
+enum {
+    DELMESH_TRANSFER_LINEAR = 0,    /* weighted sums; integers are rounded, and kept in their type's range */
+    DELMESH_TRANSFER_NEAREST = 1,   /* the value of the largest weight, bit for bit: ids, names, flags */
+    DELMESH_TRANSFER_DIRECTION = 2, /* weighted sums, of length 1; floats. Where the sum is 0 it stays so */
+    DELMESH_TRANSFER_WEIGHTS = 3    /* weighted sums of the components as far as they are positive, made to sum to 1; floats */
+};
+
+/* Carries a layer of the source over to `mesh`, which was made from it: vertex layers through DELMESH_VERT_MAP_*, corner layers
+ * through DELMESH_CORNER_MAP_*, face layers through DELMESH_FACE_SOURCE, edge layers through DELMESH_EDGE_SOURCE_EDGE (0 where there
+ * is no source edge). source: one element per element of the source as the caller gave it (vertices, corners, polygons, edges);
+ * target: one per vertex, corner, face or edge of `mesh`; the same type (float32, float64, int32, uint32, int64 or uint8) and
+ * number of components (1..256), any strides, not overlapping. Faces and edges have one source each: all policies copy it, then
+ * normalise. O(n), parallel. Errors: INVALID_ARGUMENT (also where `mesh` has no map), CANCELLED (target is then partly written). */
+DELMESH_API int32_t delmesh_transfer(delmesh_context* context, const delmesh_mesh* mesh, int32_t domain, int32_t policy,
+                                     const delmesh_view* source, const delmesh_view_mut* target);
+
+/* Sparse vertex layers (an armature's weights): row v of the source has the entries indices[k], values[k] for k from offsets[v] to
+ * offsets[v + 1]. */
+typedef struct delmesh_rows {
+    delmesh_view offsets; /* V + 1 int32, uint32 or int64, ascending from 0 */
+    delmesh_view indices; /* int32, uint32 or int64, >= 0 */
+    delmesh_view values;  /* float32 or float64, as many */
+} delmesh_rows;
+typedef struct delmesh_rows_mut {
+    delmesh_view_mut offsets;
+    delmesh_view_mut indices; /* with room for V x limit entries, or for as many as the offsets of a first call said; */
+    delmesh_view_mut values;  /* both all zero: only the offsets are written */
+} delmesh_rows_mut;
+
+/* Weighted sums of the rows, entries of one index added up, ascending by index; of more than `limit` (1..65535) the largest are kept.
+ * Entries that are 0 are left out. normalise: 1: every row that is not empty sums to 1; 2: to what its whole sum was, before the limit;
+ * 0: as they are. O(n log n). Errors: INVALID_ARGUMENT, INDEX_OUT_OF_RANGE, TOO_LARGE (no room), memory, CANCELLED. */
+DELMESH_API int32_t delmesh_transfer_sparse(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_rows* source,
+                                            int32_t limit, int32_t normalise, const delmesh_rows_mut* target);
 
 /* ---- Certify -------------------------------------------------------------------------------------------------------------- */
 
@@ -620,6 +716,11 @@ typedef struct delmesh_api {
                           delmesh_mesh**, delmesh_level_report*, delmesh_decimate_report*);
     int32_t (*decimate)(delmesh_context*, const delmesh_mesh*, const delmesh_target*, const delmesh_decimate_options*,
                         delmesh_mesh**, delmesh_level_report*, delmesh_decimate_report*);
+    void (*layer_init)(delmesh_layer*, uint32_t);
+    int32_t (*mesh_layer_borders)(const delmesh_mesh*, int32_t, int64_t*);
+    int32_t (*transfer)(delmesh_context*, const delmesh_mesh*, int32_t, int32_t, const delmesh_view*, const delmesh_view_mut*);
+    int32_t (*transfer_sparse)(delmesh_context*, const delmesh_mesh*, const delmesh_rows*, int32_t, int32_t,
+                               const delmesh_rows_mut*);
 } delmesh_api;
 
 /* The table, static in the library; NULL if the library does not speak this abi_version (pass DELMESH_ABI_VERSION). */

@@ -26,8 +26,8 @@ Status certify_mesh(Context& context, const Mesh& mesh, bool boundary_rule, Cert
 
 Status certify_unfrozen(Context& context, const Mesh& mesh, bool boundary_rule, Certificate& out, int64_t& outside) {
     outside = 0;
-    uint8_t bits_of_all = 0;
-    for (const uint8_t bits : mesh.corner_bits) bits_of_all |= bits; // many at a time
+    EdgeBits bits_of_all = 0;
+    for (const EdgeBits bits : mesh.corner_bits) bits_of_all |= bits; // many at a time
     if ((bits_of_all & kEdgeFrozen) == 0) return certify_mesh(context, mesh, boundary_rule, out, nullptr, nullptr);
     Array<int32_t> corners(context.memory()), faces(context.memory());
     Certificate all;

@@ -102,8 +102,8 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     DM_TRY(sort_in_space(context, full, order, sorted));
     Surface surface(context, sorted, full.precision);
     sorted = Mesh(context.memory());
-    for (uint8_t& bits : surface.corner_bits)
-        bits &= static_cast<uint8_t>(~kEdgeSource); // what collapses leave is no edge of the source
+    for (EdgeBits& bits : surface.corner_bits)
+        bits &= static_cast<EdgeBits>(~kEdgeSource); // what collapses leave is no edge of the source
     Array<double> weights(context.memory());
     Array<uint8_t> locked(context.memory());
     if (input.vert_weights != nullptr)
@@ -177,7 +177,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
                                 static_cast<long long>(certificate.nld_interior + certificate.nld_boundary),
                                 static_cast<long long>(certificate.zero_area_faces));
         if (input.face_mask != nullptr)
-            for (uint8_t& bits : mesh.corner_bits) bits &= static_cast<uint8_t>(~kEdgeFrozen);
+            for (EdgeBits& bits : mesh.corner_bits) bits &= static_cast<EdgeBits>(~kEdgeFrozen);
         if (bounded && !within) DM_TRY(bound_distance(context, in, mesh, level.bound));
         level.vertices = mesh.vertices();
         level.faces = mesh.faces();

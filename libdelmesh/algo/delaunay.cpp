@@ -238,10 +238,10 @@ Judgement Loop::judge(int32_t c) const {
     const int32_t t = s.twin(c);
     const int32_t p = s.vert(c), q = s.head(c), u = s.apex(c), v = s.apex(t);
     const Vec3 &pp = s.at(p), &qq = s.at(q), &uu = s.at(u), &vv = s.at(v);
-    // A feature edge may be flipped where the precision has no room to split it; what the caller marked may not.
+    // A feature edge may be flipped where the precision has no room to split it; what came with the mesh may not.
     if (s.is_kept(c)) {
-        const bool marked = (s.corner_bits[c] & kEdgeMarked) != 0;
-        if (!in_need || marked || flip_displacement(pp, qq, uu, vv) > rules.need) return {Verdict::kept, {}};
+        const bool given = (s.corner_bits[c] & s.kept_bits & kEdgeGiven) != 0;
+        if (!in_need || given || flip_displacement(pp, qq, uu, vv) > rules.need) return {Verdict::kept, {}};
     }
     FreeFlip free;
     if (patches != nullptr) {

@@ -224,7 +224,7 @@ bool Loop::remove_ears(int32_t c) {
 // A face at the boundary that is flat within the precision: it goes, and its other edges become the boundary.
 bool Loop::remove_ear(int32_t c) {
     const double height = distance_to_segment(s.at(s.apex(c)), s.at(s.vert(c)), s.at(s.head(c)));
-    if (!(height <= rules.resolution) || (s.corner_bits[c] & kEdgeMarked) != 0) return false;
+    if (!(height <= rules.resolution) || (s.corner_bits[c] & s.kept_bits & kEdgeGiven) != 0) return false;
     const int32_t f = face_of(c), n = s.twin(next_corner(c)), p = s.twin(prev_corner(c));
     if (patches != nullptr) {
         // Either its one long side is still covered by a copy, or its two others by what is there.

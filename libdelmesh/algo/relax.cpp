@@ -251,9 +251,9 @@ Status Relaxation::find_places() {
         const bool boundary = level.corner_twin[c] < 0;
         if (first_corner[v] < 0 || boundary) first_corner[v] = c;
         if (edge_owner(c) != c) continue;
-        const uint8_t bits = level.corner_bits.empty() ? 0 : level.corner_bits[c];
-        if (!boundary && (bits & (kEdgeMarked | kEdgeFeature)) == 0) continue;
-        const int step = (bits & kEdgeMarked) != 0 ? 3 : 1;
+        const EdgeBits bits = level.corner_bits.empty() ? 0 : level.corner_bits[c];
+        if (!boundary && (bits & rules.kept_bits) == 0) continue;
+        const int step = (bits & rules.kept_bits & kEdgeGiven) != 0 ? 3 : 1;
         creases[v] = static_cast<uint8_t>(std::min(3, creases[v] + step));
         creases[w] = static_cast<uint8_t>(std::min(3, creases[w] + step));
     }

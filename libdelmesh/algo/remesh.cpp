@@ -154,14 +154,14 @@ Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, d
     const double limit = features ? cosine_of_degrees(feature_angle) : 0;
     const bool polygons = in.imported && !in.face_source.empty();
     if (!features && !polygons) {
-        for (uint8_t& bits : s.corner_bits) bits |= kEdgeSource;
+        for (EdgeBits& bits : s.corner_bits) bits |= kEdgeSource;
         return DELMESH_OK;
     }
     for (int32_t c = 0; c < s.corners(); ++c) {
         if ((c & 0xfffff) == 0) DM_TRY(context.progress(0.5));
         const int32_t f = face_of(c), t = s.twin(c);
         if (s.is_dead(f) || (t >= 0 && t < c)) continue;
-        uint8_t bits = s.corner_bits[c];
+        EdgeBits bits = s.corner_bits[c];
         const bool diagonal = polygons && t >= 0 && in.face_source[s.face_src[f]] == in.face_source[s.face_src[face_of(t)]];
         if (!diagonal) bits |= kEdgeSource;
         if (features && t >= 0) {

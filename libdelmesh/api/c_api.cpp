@@ -10,6 +10,7 @@
 #include "api/levels.h"
 #include "api/names.h"
 #include "api/options.h"
+#include "api/transfer.h"
 #include "api/views.h"
 #include "mesh/build.h"
 #include "mesh/validate.h"
@@ -83,6 +84,9 @@ void delmesh_context_memory(const delmesh_context* context, uint64_t* current, u
 
 // ---- Mesh -------------------------------------------------------------------------------------------------------------------
 
+void delmesh_layer_init(delmesh_layer* layer, uint32_t struct_size) {
+    init_struct(layer, struct_size);
+}
 void delmesh_mesh_desc_init(delmesh_mesh_desc* desc, uint32_t struct_size) {
     init_struct(desc, struct_size);
 }
@@ -102,6 +106,16 @@ int32_t delmesh_mesh_create(delmesh_context* context, const delmesh_mesh_desc* d
 
 int32_t delmesh_mesh_get_info(const delmesh_mesh* mesh, delmesh_mesh_info* info) {
     return guarded(mesh, [&](const delmesh_mesh& m) { return read_info(m, info); });
+}
+
+int32_t delmesh_mesh_layer_borders(const delmesh_mesh* mesh, int32_t layer, int64_t* edges) {
+    if (edges == nullptr) return DELMESH_ERROR_INVALID_ARGUMENT;
+    *edges = 0;
+    return guarded(mesh, [&](const delmesh_mesh& m) {
+        if (layer < 0 || layer >= m.mesh.layers.size()) return DELMESH_ERROR_INVALID_ARGUMENT;
+        *edges = m.mesh.layers[layer].borders;
+        return DELMESH_OK;
+    });
 }
 
 int32_t delmesh_mesh_read(const delmesh_mesh* mesh, int32_t what, const delmesh_view_mut* dst) {
@@ -186,6 +200,28 @@ int32_t delmesh_decimate(delmesh_context* context, const delmesh_mesh* in, const
                          const delmesh_decimate_options* options, delmesh_mesh** out, delmesh_level_report* level,
                          delmesh_decimate_report* report) {
     return make_levels(context, in, {"target", target, 1}, options, out, {"level", level, 1}, report);
+}
+
+// ---- Transfer ---------------------------------------------------------------------------------------------------------------
+
+int32_t delmesh_transfer(delmesh_context* context, const delmesh_mesh* mesh, int32_t domain, int32_t policy,
+                         const delmesh_view* source, const delmesh_view_mut* target) {
+    return guarded(context, [&](Context& c) {
+        DM_TRY(require(c, "mesh", mesh));
+        DM_TRY(require(c, "source", source));
+        DM_TRY(require(c, "target", target));
+        return transfer_layer(c, mesh->mesh, domain, policy, *source, *target);
+    });
+}
+
+int32_t delmesh_transfer_sparse(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_rows* source, int32_t limit,
+                                int32_t normalise, const delmesh_rows_mut* target) {
+    return guarded(context, [&](Context& c) {
+        DM_TRY(require(c, "mesh", mesh));
+        DM_TRY(require(c, "source", source));
+        DM_TRY(require(c, "target", target));
+        return transfer_rows(c, mesh->mesh, *source, limit, normalise, *target);
+    });
 }
 
 // ---- Certify ----------------------------------------------------------------------------------------------------------------
@@ -288,6 +324,10 @@ const delmesh_api* delmesh_get_api(uint32_t abi_version) {
         delmesh_decimate_report_init,
         delmesh_lod_family,
         delmesh_decimate,
+        delmesh_layer_init,
+        delmesh_mesh_layer_borders,
+        delmesh_transfer,
+        delmesh_transfer_sparse,
     };
     return abi_version == DELMESH_ABI_VERSION ? &kApi : nullptr;
 }

@@ -18,7 +18,7 @@ struct delmesh_mesh {
     explicit delmesh_mesh(dm::Memory& from) : memory(from), mesh(from) { memory.retain(); }
     ~delmesh_mesh();
 
-    static constexpr int32_t kArrays = DELMESH_VERT_PARENT + 1; // the array numbers of delmesh.h are indices below
+    static constexpr int32_t kArrays = DELMESH_EDGE_SOURCE_EDGE + 1; // the array numbers of delmesh.h are indices below
 
     dm::Memory& memory;
     dm::Mesh mesh;

@@ -2,8 +2,10 @@
 #include "api/options.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include "base/number.h"
+#include "mesh/mesh.h"
 
 namespace dm {
 
@@ -25,6 +27,12 @@ delmesh_context_options defaults() {
 template <>
 delmesh_mesh_desc defaults() {
     return sized<delmesh_mesh_desc>();
+}
+template <>
+delmesh_layer defaults() {
+    auto layer = sized<delmesh_layer>();
+    layer.affine_tolerance = -1;
+    return layer;
 }
 template <>
 delmesh_mesh_info defaults() {
@@ -154,6 +162,13 @@ Status check_number(Context& context, const char* name, double value, double lea
 
 constexpr double kInfinity = HUGE_VAL;
 
+Status check_map_and_release(Context& context, int32_t map, uint32_t release) {
+    DM_TRY(check_integer(context, "map", map, 0, 1));
+    if ((release & ~uint32_t{kEdgeGiven}) == 0) return DELMESH_OK;
+    return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The option 'release' was %u, which has bits of edges that are not released.",
+                        release);
+}
+
 } // namespace
 
 Status read_options(const delmesh_context_options* given, delmesh_context_options& out) {
@@ -169,7 +184,21 @@ Status read_options(Context& context, const delmesh_mesh_desc* given, delmesh_me
     DM_TRY(read_sized(context, "desc", given, out));
     DM_TRY(check_integer(context, "weld", out.weld, DELMESH_WELD_NONE, DELMESH_WELD_EXACT));
     DM_TRY(check_integer(context, "strict", out.strict, 0, 1));
-    return check_integer(context, "reserved0", out.reserved0, 0, 0);
+    DM_TRY(check_integer(context, "reserved0", out.reserved0, 0, 0));
+    DM_TRY(check_integer(context, "layer_count", out.layer_count, 0, 64));
+    return check_integer(context, "reserved1", out.reserved1, 0, 0);
+}
+
+Status read_options(Context& context, int32_t number, const delmesh_layer* given, delmesh_layer& out) {
+    char name[32];
+    std::snprintf(name, sizeof name, "layers[%d]", number);
+    DM_TRY(read_sized(context, name, given, out));
+    DM_TRY(check_integer(context, "kind", out.kind, DELMESH_LAYER_UV, DELMESH_LAYER_FACE_SET));
+    DM_TRY(check_integer(context, "border", out.border, DELMESH_BORDER_DEFAULT, DELMESH_BORDER_FREE));
+    DM_TRY(check_integer(context, "reserved0", out.reserved0, 0, 0));
+    DM_TRY(check_number(context, "tolerance", out.tolerance, 0, kInfinity));
+    DM_TRY(check_number(context, "affine_tolerance", out.affine_tolerance, -kInfinity, kInfinity));
+    return check_number(context, "weight", out.weight, 0, kInfinity);
 }
 
 Status read_options(Context& context, const delmesh_remesh_options* given, delmesh_remesh_options& out) {
@@ -186,7 +215,8 @@ Status read_options(Context& context, const delmesh_remesh_options* given, delme
     DM_TRY(check_number(context, "shell_unit", out.shell_unit, -kInfinity, kInfinity));
     DM_TRY(check_number(context, "tolerance", out.tolerance, -kInfinity, kInfinity));
     DM_TRY(check_integer(context, "max_vertices", out.max_vertices, 0, INT64_MAX));
-    return check_integer(context, "split_budget", out.split_budget, 0, INT64_MAX);
+    DM_TRY(check_integer(context, "split_budget", out.split_budget, 0, INT64_MAX));
+    return check_map_and_release(context, out.map, out.release);
 }
 
 Status read_options(Context& context, const delmesh_decimate_options* given, delmesh_decimate_options& out) {
@@ -203,7 +233,8 @@ Status read_options(Context& context, const delmesh_decimate_options* given, del
     DM_TRY(check_number(context, "tolerance", out.tolerance, -kInfinity, kInfinity));
     DM_TRY(check_number(context, "max_normal_turn", out.max_normal_turn, 0, 90));
     DM_TRY(check_number(context, "boundary_weight", out.boundary_weight, 0, kInfinity));
-    return check_number(context, "prune", out.prune, 0, kInfinity);
+    DM_TRY(check_number(context, "prune", out.prune, 0, kInfinity));
+    return check_map_and_release(context, out.map, out.release);
 }
 
 Status read_options(Context& context, const delmesh_certify_options* given, delmesh_certify_options& out) {

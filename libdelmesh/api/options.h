@@ -59,6 +59,7 @@ private:
 // NULL stands for the defaults. On success every field is in its documented range; sentinels are still sentinels.
 Status read_options(const delmesh_context_options* given, delmesh_context_options& out); // no context yet, so no sentence
 Status read_options(Context& context, const delmesh_mesh_desc* given, delmesh_mesh_desc& out); // views: api/views
+Status read_options(Context& context, int32_t number, const delmesh_layer* given, delmesh_layer& out); // its view: api/views
 Status read_options(Context& context, const delmesh_remesh_options* given, delmesh_remesh_options& out);
 Status read_options(Context& context, const delmesh_decimate_options* given, delmesh_decimate_options& out); // views: api/levels
 Status read_options(Context& context, const delmesh_certify_options* given, delmesh_certify_options& out);

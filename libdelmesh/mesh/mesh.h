@@ -49,17 +49,35 @@ struct CutSlot {
 };
 
 // Bits of an edge, equal on its two corners.
-enum EdgeBit : uint8_t {
+using EdgeBits = uint16_t;
+enum EdgeBit : EdgeBits {
     kEdgeMarked = DELMESH_EDGE_MARKED,
     kEdgeFeature = DELMESH_EDGE_FEATURE,
     kEdgeSource = DELMESH_EDGE_SOURCE,
-    kEdgeFrozen = 128, // of a face outside of the region: neither the edge nor its faces may change. Not handed out
+    // What was given with the mesh and is kept unless an operation is told to release it.
+    kEdgeGiven = DELMESH_EDGE_MARKED | DELMESH_EDGE_SHARP | DELMESH_EDGE_SEAM | DELMESH_EDGE_CREASE | DELMESH_EDGE_UV |
+                 DELMESH_EDGE_NORMAL | DELMESH_EDGE_COLOR | DELMESH_EDGE_LAYER | DELMESH_EDGE_MATERIAL | DELMESH_EDGE_FACE_SET,
+    kEdgeFrozen = 0x8000, // of a face outside of the region: neither the edge nor its faces may change. Not handed out
 };
 
 // Where a vertex lies on the source: three source vertices and weights. Kept only for vertices made by splits.
 struct VertexMap {
     int32_t vert[3];
     double weight[3];
+};
+
+// A place on the source: a point of the triangle of three corners, as the caller numbers them.
+struct CornerPlace {
+    int32_t corner[3];
+    double weight[3];
+};
+
+// A layer as it was given to mesh_create (docs/attributes.md).
+struct MeshLayer {
+    int32_t kind, components;
+    double affine_tolerance, weight;
+    int64_t borders;     // edges
+    int64_t first_value; // of layer_values: of the first corner's first component; -1: not kept
 };
 
 struct MeshCounts { // see delmesh_mesh_info
@@ -72,7 +90,8 @@ struct MeshCounts { // see delmesh_mesh_info
 struct Mesh {
     explicit Mesh(Memory& memory)
         : pos32(memory), pos64(memory), corner_vert(memory), corner_twin(memory), corner_bits(memory), cut_slots(memory),
-          face_source(memory), vert_source(memory), vert_join(memory), vert_parent(memory), split_map(memory) {}
+          face_source(memory), vert_source(memory), vert_join(memory), vert_parent(memory), split_map(memory), corner_map(memory),
+          corner_places(memory), edge_source(memory), layers(memory), layer_values(memory) {}
 
     // Made by mesh_create: its sources are the caller's arrays, and operations look through it to those. The sources of other
     // meshes are the mesh that they were made from.
@@ -82,7 +101,7 @@ struct Mesh {
     Array<double> pos64;        // 3 V, when precision is f64
     Array<int32_t> corner_vert; // 3 F
     Array<int32_t> corner_twin; // 3 F
-    Array<uint8_t> corner_bits; // 3 F, or empty when no edge has a bit
+    Array<EdgeBits> corner_bits; // 3 F, or empty when no edge has a bit
     Array<CutSlot> cut_slots;
     Array<int32_t> face_source; // F, or empty for the identity
     Array<int32_t> vert_source; // V, or empty for the identity; -1 for split vertices
@@ -90,6 +109,16 @@ struct Mesh {
     Array<int32_t> vert_parent; // V, or empty for the identity: the vertex of the next coarser level
     int32_t first_split = 0;    // vertices [first_split, V) were made by splits, or moved by decimation;
     Array<VertexMap> split_map; // split_map[v - first_split] says where
+    // Where corners and edges lie on the source, if has_map. Source corners, faces... are numbered as the caller did.
+    bool has_map = false;
+    Array<int32_t> corner_map;        // 3 F, or empty for the identity: a source corner, or ~i for corner_places[i]
+    Array<CornerPlace> corner_places;
+    Array<int32_t> edge_source;       // E, in the order of first corners, or empty for the identity; -1: no piece of a source edge
+    int64_t source_verts = 0, source_corners = 0, source_faces = 0, source_edges = 0;
+    // Only where imported, and only of layers whose values are needed again: components after each other, corner by corner of
+    // this mesh's own.
+    Array<MeshLayer> layers;
+    Array<float> layer_values;
     int32_t vertex_count = 0;
     MeshCounts counts;
 

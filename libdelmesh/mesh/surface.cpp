@@ -34,7 +34,7 @@ Surface::Surface(Context& context, const Mesh& in, Precision precision, int64_t 
         std::copy(in.corner_vert.begin() + 3 * begin, in.corner_vert.begin() + 3 * end, corner_vert.begin() + 3 * begin);
         std::copy(in.corner_twin.begin() + 3 * begin, in.corner_twin.begin() + 3 * end, corner_twin.begin() + 3 * begin);
         if (in.corner_bits.empty())
-            std::fill(corner_bits.begin() + 3 * begin, corner_bits.begin() + 3 * end, uint8_t{0});
+            std::fill(corner_bits.begin() + 3 * begin, corner_bits.begin() + 3 * end, EdgeBits{0});
         else
             std::copy(in.corner_bits.begin() + 3 * begin, in.corner_bits.begin() + 3 * end, corner_bits.begin() + 3 * begin);
         for (int64_t f = begin; f < end; ++f) face_src[f] = static_cast<int32_t>(f);
@@ -170,7 +170,7 @@ void Surface::flip(int32_t c) {
     const int32_t cn = next_corner(c), cp = prev_corner(c), tn = next_corner(t), tp = prev_corner(t);
     const int32_t p = corner_vert[c], q = corner_vert[t], u = corner_vert[cp], v = corner_vert[tp];
     const int32_t beyond_qu = corner_twin[cn], beyond_pv = corner_twin[tn];
-    const uint8_t bits_qu = corner_bits[cn], bits_pv = corner_bits[tn];
+    const EdgeBits bits_qu = corner_bits[cn], bits_pv = corner_bits[tn];
     put(&Surface::corner_vert, cn, v); // (p, v, u)
     put(&Surface::corner_vert, tn, u); // (q, u, v)
     set_twin(c, beyond_pv);
@@ -344,13 +344,13 @@ int32_t Surface::append_vertex(Vec3 position, SplitVertex where, int32_t copied_
 
 Surface::Surface(Surface& whole, uint8_t number)
     : pos(Array<Vec3>::alias(whole.pos)), corner_vert(Array<int32_t>::alias(whole.corner_vert)),
-      corner_twin(Array<int32_t>::alias(whole.corner_twin)), corner_bits(Array<uint8_t>::alias(whole.corner_bits)),
+      corner_twin(Array<int32_t>::alias(whole.corner_twin)), corner_bits(Array<EdgeBits>::alias(whole.corner_bits)),
       vert_corner(Array<int32_t>::alias(whole.vert_corner)), face_src(Array<int32_t>::alias(whole.face_src)),
       cut_slots(Array<CutSlot>::alias(whole.cut_slots)), vert_root(Array<int32_t>::alias(whole.vert_root)),
       copy_of(Array<int32_t>::alias(whole.copy_of)), carriers(Array<Carrier>::alias(whole.carriers)),
       carrier_splits(Array<int32_t>::alias(whole.carrier_splits)),
       split_vertices(Array<SplitVertex>::alias(whole.split_vertices)), pins(Array<int32_t>::alias(whole.pins)),
-      first_copy(whole.first_copy), first_split(whole.first_split), changes_(whole.pos.memory()),
+      kept_bits(whole.kept_bits), first_copy(whole.first_copy), first_split(whole.first_split), changes_(whole.pos.memory()),
       changed_bits_(whole.pos.memory()), changed_slots_(whole.pos.memory()), new_verts_(whole.pos.memory()),
       new_faces_(whole.pos.memory()), new_carriers_(whole.pos.memory()), number_(number) {}
 
@@ -374,7 +374,7 @@ void Surface::refresh(Surface& whole, const uint8_t* owner) {
     pos = Array<Vec3>::alias(whole.pos);
     corner_vert = Array<int32_t>::alias(whole.corner_vert);
     corner_twin = Array<int32_t>::alias(whole.corner_twin);
-    corner_bits = Array<uint8_t>::alias(whole.corner_bits);
+    corner_bits = Array<EdgeBits>::alias(whole.corner_bits);
     vert_corner = Array<int32_t>::alias(whole.vert_corner);
     face_src = Array<int32_t>::alias(whole.face_src);
     vert_root = Array<int32_t>::alias(whole.vert_root);
@@ -554,7 +554,7 @@ void Surface::collapse(int32_t c) {
         const int32_t a = next_corner(side), b = prev_corner(side);
         const int32_t w = corner_vert[b];
         int32_t ta = corner_twin[a], tb = corner_twin[b];
-        const uint8_t bits = corner_bits[a] | corner_bits[b];
+        const EdgeBits bits = corner_bits[a] | corner_bits[b];
         drop_from_ring(side);
         if (ta >= 0 && tb >= 0)
             set_twin(ta, tb);

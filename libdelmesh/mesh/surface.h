@@ -72,7 +72,7 @@ public:
     int32_t apex(int32_t c) const { return corner_vert[prev_corner(c)]; } // opposite to the edge c
     int32_t twin(int32_t c) const { return corner_twin[c]; }
     bool is_boundary(int32_t c) const { return corner_twin[c] < 0; }
-    bool is_kept(int32_t c) const { return (corner_bits[c] & (kEdgeMarked | kEdgeFeature)) != 0; }
+    bool is_kept(int32_t c) const { return (corner_bits[c] & kept_bits) != 0; }
     bool is_frozen(int32_t c) const { return (corner_bits[c] & kEdgeFrozen) != 0; }
     bool is_dead(int32_t face) const { return corner_vert[3 * static_cast<int64_t>(face)] < 0; }
     bool is_original(int32_t v) const { return v < first_split; }
@@ -148,7 +148,7 @@ public:
 
     Array<Vec3> pos;
     Array<int32_t> corner_vert, corner_twin;
-    Array<uint8_t> corner_bits;
+    Array<EdgeBits> corner_bits;
     Array<int32_t> vert_corner; // an outgoing corner, the boundary one where there is one; -1 for unused vertices
     Array<int32_t> face_src;    // face of the Mesh it was copied from
     Array<CutSlot> cut_slots;
@@ -158,6 +158,7 @@ public:
     Array<int32_t> carrier_splits;     // per carrier: split vertices on it, with those that collapses took since
     Array<SplitVertex> split_vertices; // of vertices [first_split, vertices()), used or not
     Array<int32_t> pins;               // per split vertex: carriers that end there
+    EdgeBits kept_bits = kEdgeGiven | kEdgeFeature; // an edge with one of these is kept
     int32_t first_copy = 0, first_split = 0;
     int64_t dead_faces = 0;
 
@@ -172,13 +173,13 @@ private:
         if (in_trial_) changes_.push_back({array, index, place});
         place = value;
     }
-    void put_bits(int32_t c, uint8_t bits) {
+    void put_bits(int32_t c, EdgeBits bits) {
         if (in_trial_) changed_bits_.push_back({c, corner_bits[c]});
         corner_bits[c] = bits;
     }
     struct BitsChange {
         int32_t corner;
-        uint8_t old;
+        EdgeBits old;
     };
     struct SlotChange {
         int32_t slot, old;

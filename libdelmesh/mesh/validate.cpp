@@ -86,7 +86,7 @@ private:
     // twins: symmetric, running opposite ways between the same vertices in different faces, with the same bits
     Status check_twin(int32_t c) {
         const int32_t t = mesh_.corner_twin[c];
-        constexpr int kKnownBits = kEdgeMarked | kEdgeFeature | kEdgeSource | kEdgeFrozen;
+        constexpr int kKnownBits = kEdgeGiven | kEdgeFeature | kEdgeSource | kEdgeFrozen;
         const int bits = mesh_.corner_bits.empty() ? 0 : mesh_.corner_bits[c];
         DM_HOLDS((bits & ~kKnownBits) == 0, "Corner %d had edge bits %d.", c, bits);
         if (t == kBoundary) return DELMESH_OK;

@@ -17,7 +17,7 @@ typedef struct shim_arrays {
     double* pos64;
     int32_t* corner_vert;
     int32_t* corner_twin;
-    uint8_t* corner_bits;
+    uint16_t* corner_bits;
     int32_t* slots; /* corner and next of each slot */
     int32_t* face_source;
     int32_t* vert_source;

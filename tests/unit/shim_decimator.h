@@ -47,7 +47,7 @@ typedef struct shim_decimation {
     const int32_t *merged_into, *next_merged, *last_merged, *place_of; /* per vertex */
     const double* pos;                                                 /* 3 per vertex */
     const int32_t *corner_vert, *corner_twin, *vert_corner;
-    const uint8_t* corner_bits;
+    const uint16_t* corner_bits;
 } shim_decimation;
 
 shim_decimation_rules shim_decimation_defaults(void);
@@ -64,7 +64,7 @@ int32_t shim_decimator_kind(const shim_decimator* decimator, int32_t vert); /* 0
 /* What is left, as a mesh with a context of its own: vertices and faces in the order of their numbers. */
 shim_mesh* shim_decimator_level(const shim_decimator* decimator);
 /* Sets bits of the edge p q, on both corners. */
-void shim_set_edge_bits(shim_mesh* mesh, int32_t p, int32_t q, uint8_t bits);
+void shim_set_edge_bits(shim_mesh* mesh, int32_t p, int32_t q, uint16_t bits);
 
 #ifdef __cplusplus
 }

@@ -35,7 +35,7 @@ delmesh_distance_report shim_distance(shim_mesh* level, const shim_mesh* in) {
     return report;
 }
 
-void shim_set_edge_bits(shim_mesh* m, int32_t p, int32_t q, uint8_t bits) {
+void shim_set_edge_bits(shim_mesh* m, int32_t p, int32_t q, uint16_t bits) {
     Mesh& mesh = m->mesh;
     if (mesh.corner_bits.empty()) mesh.corner_bits.assign(mesh.corners(), 0);
     for (int32_t c = 0; c < mesh.corners(); ++c) {

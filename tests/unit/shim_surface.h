@@ -16,7 +16,7 @@ typedef struct shim_table {
     double* pos; /* 3 per vertex */
     int32_t* corner_vert;
     int32_t* corner_twin;
-    uint8_t* corner_bits;
+    uint16_t* corner_bits;
     int32_t* vert_corner;
     int32_t* face_src;
     int32_t* slots; /* corner and next of each slot */

@@ -656,7 +656,7 @@ static void test_marked_edges(void** state) {
     /* Three pages on 0 1, marked there from both ends, on one outer edge, on a pair that is no edge, and on a point. */
     static const int32_t corners[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
     static const int32_t marked[] = {1, 0, 0, 1, 4, 0, 2, 3, 2, 2};
-    static const uint8_t bits[] = {DELMESH_EDGE_MARKED, 0, 0, DELMESH_EDGE_MARKED, 0, 0, DELMESH_EDGE_MARKED, 0,
+    static const uint16_t bits[] = {DELMESH_EDGE_MARKED, 0, 0, DELMESH_EDGE_MARKED, 0, 0, DELMESH_EDGE_MARKED, 0,
                                    DELMESH_EDGE_MARKED};
     delmesh_mesh_desc desc = desc_of(kPoints, 5, corners, COUNT(corners));
     desc.marked_edges = view(marked, 5, DELMESH_INT32, 2);

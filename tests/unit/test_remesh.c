@@ -1003,7 +1003,7 @@ static void test_threads(void** state) {
             expect_equal(one, many, 1, 1);
             const shim_arrays a = shim_mesh_arrays(one), b = shim_mesh_arrays(many);
             assert_memory_equal(a.pos32, b.pos32, (size_t)a.pos32_size * sizeof(float));
-            assert_memory_equal(a.corner_bits, b.corner_bits, (size_t)a.corner_bits_size);
+            assert_memory_equal(a.corner_bits, b.corner_bits, (size_t)a.corner_bits_size * sizeof *a.corner_bits);
             assert_memory_equal(&r.nld_in, &q.nld_in,
                                 offsetof(delmesh_remesh_report, seconds_total) - offsetof(delmesh_remesh_report, nld_in));
             shim_mesh_free(many);
@@ -1241,7 +1241,7 @@ static void expect_same_bytes(shim_mesh* one, shim_mesh* two, const delmesh_reme
     assert_int_equal(a.pos32_size, b.pos32_size);
     if (a.pos32_size != 0) assert_memory_equal(a.pos32, b.pos32, (size_t)a.pos32_size * sizeof(float));
     assert_int_equal(a.corner_bits_size, b.corner_bits_size);
-    assert_memory_equal(a.corner_bits, b.corner_bits, (size_t)a.corner_bits_size);
+    assert_memory_equal(a.corner_bits, b.corner_bits, (size_t)a.corner_bits_size * sizeof *a.corner_bits);
     assert_int_equal(a.face_source_size, b.face_source_size);
     if (a.face_source_size != 0) assert_memory_equal(a.face_source, b.face_source, (size_t)a.face_source_size * sizeof(int32_t));
     for (int32_t v = a.first_split; v < a.vertices; ++v) {

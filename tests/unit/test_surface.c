@@ -184,7 +184,7 @@ static void set_bits(shim_surface* surface, const int32_t* corner_and_bits, int3
     const shim_table s = shim_surface_table(surface);
     for (int32_t i = 0; i < count; ++i) {
         const int32_t c = corner_and_bits[2 * i];
-        s.corner_bits[c] = (uint8_t)corner_and_bits[2 * i + 1];
+        s.corner_bits[c] = (uint16_t)corner_and_bits[2 * i + 1];
         if (s.corner_twin[c] >= 0) s.corner_bits[s.corner_twin[c]] = s.corner_bits[c];
     }
 }
@@ -811,12 +811,12 @@ static void check_books(shim_surface* surface) {
 
 /* The table after a split and its opposite is the one before, but for what is now unused. */
 static void expect_same_part(shim_surface* surface, const shim_table* before, const int32_t* corner_vert,
-                             const int32_t* corner_twin, const uint8_t* bits, const int32_t* vert_corner) {
+                             const int32_t* corner_twin, const uint16_t* bits, const int32_t* vert_corner) {
     const shim_table t = shim_surface_table(surface);
     expect_ints("corner_vert", t.corner_vert, before->corners, corner_vert, before->corners);
     expect_ints("corner_twin", t.corner_twin, before->corners, corner_twin, before->corners);
     expect_ints("vert_corner", t.vert_corner, before->vertices, vert_corner, before->vertices);
-    assert_memory_equal(t.corner_bits, bits, (size_t)before->corners);
+    assert_memory_equal(t.corner_bits, bits, (size_t)before->corners * sizeof *bits);
     for (int64_t c = before->corners; c < t.corners; ++c) assert_true(t.corner_vert[c] < 0);
     for (int64_t v = before->vertices; v < t.vertices; ++v) assert_true(t.vert_corner[v] < 0);
     assert_int_equal(t.vertices_in_use, before->vertices_in_use);
@@ -835,10 +835,10 @@ static void test_unsplit(void** state) {
                 }
                 const shim_table t = shim_surface_table(m.surface);
                 int32_t verts[24], twins[24], firsts[6];
-                uint8_t bits[24];
+                uint16_t bits[24];
                 memcpy(verts, t.corner_vert, (size_t)t.corners * sizeof(int32_t));
                 memcpy(twins, t.corner_twin, (size_t)t.corners * sizeof(int32_t));
-                memcpy(bits, t.corner_bits, (size_t)t.corners);
+                memcpy(bits, t.corner_bits, (size_t)t.corners * sizeof *bits);
                 memcpy(firsts, t.vert_corner, (size_t)t.vertices * sizeof(int32_t));
                 const topology before = checked(m.surface);
                 /* From either side: the edge that arrives at the new vertex in the first face, or in the other one. */

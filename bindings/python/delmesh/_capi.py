@@ -35,6 +35,15 @@ DELMESH_LOG_INFO = 1
 DELMESH_LOG_WARNING = 2
 DELMESH_WELD_NONE = 0
 DELMESH_WELD_EXACT = 1
+DELMESH_LAYER_UV = 1
+DELMESH_LAYER_NORMAL = 2
+DELMESH_LAYER_COLOR = 3
+DELMESH_LAYER_OTHER = 4
+DELMESH_LAYER_MATERIAL = 5
+DELMESH_LAYER_FACE_SET = 6
+DELMESH_BORDER_DEFAULT = 0
+DELMESH_BORDER_KEEP = 1
+DELMESH_BORDER_FREE = 2
 DELMESH_POSITION = 1
 DELMESH_CORNER_VERT = 2
 DELMESH_EDGE_VERT = 3
@@ -47,11 +56,23 @@ DELMESH_VERT_MAP_VERT = 9
 DELMESH_VERT_MAP_WEIGHT = 10
 DELMESH_CORNER_TWIN = 11
 DELMESH_VERT_PARENT = 12
+DELMESH_CORNER_MAP_CORNER = 13
+DELMESH_CORNER_MAP_WEIGHT = 14
+DELMESH_EDGE_SOURCE_EDGE = 15
 DELMESH_EDGE_BOUNDARY = 1
 DELMESH_EDGE_MARKED = 2
 DELMESH_EDGE_FEATURE = 4
 DELMESH_EDGE_CUT = 8
 DELMESH_EDGE_SOURCE = 16
+DELMESH_EDGE_SHARP = 32
+DELMESH_EDGE_SEAM = 64
+DELMESH_EDGE_CREASE = 128
+DELMESH_EDGE_UV = 256
+DELMESH_EDGE_NORMAL = 512
+DELMESH_EDGE_COLOR = 1024
+DELMESH_EDGE_LAYER = 2048
+DELMESH_EDGE_MATERIAL = 4096
+DELMESH_EDGE_FACE_SET = 8192
 DELMESH_MODE_PRESERVE = 0
 DELMESH_MODE_FLIP = 1
 DELMESH_MODE_FEATURE = 2
@@ -72,6 +93,14 @@ DELMESH_STOPPED_BY_TOPOLOGY = 1
 DELMESH_STOPPED_BY_DELAUNAY = 2
 DELMESH_STOPPED_BY_FEATURES = 3
 DELMESH_STOPPED_BY_BOUND = 4
+DELMESH_DOMAIN_VERTEX = 0
+DELMESH_DOMAIN_CORNER = 1
+DELMESH_DOMAIN_FACE = 2
+DELMESH_DOMAIN_EDGE = 3
+DELMESH_TRANSFER_LINEAR = 0
+DELMESH_TRANSFER_NEAREST = 1
+DELMESH_TRANSFER_DIRECTION = 2
+DELMESH_TRANSFER_WEIGHTS = 3
 
 delmesh_progress_fn = C.CFUNCTYPE(C.c_int32, C.c_void_p, C.c_double, C.c_char_p)
 delmesh_log_fn = C.CFUNCTYPE(None, C.c_void_p, C.c_int32, C.c_char_p)
@@ -95,10 +124,16 @@ class delmesh_context_options(C.Structure):
         ("alloc", delmesh_alloc_fn), ("free", delmesh_free_fn), ("parallel_for", delmesh_parallel_for_fn)]
 
 
+class delmesh_layer(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("kind", C.c_int32), ("border", C.c_int32), ("reserved0", C.c_int32),
+        ("tolerance", C.c_double), ("affine_tolerance", C.c_double), ("weight", C.c_double), ("values", delmesh_view)]
+
+
 class delmesh_mesh_desc(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("weld", C.c_int32), ("strict", C.c_int32), ("reserved0", C.c_int32),
         ("positions", delmesh_view), ("corner_verts", delmesh_view), ("face_offsets", delmesh_view), ("face_sizes", delmesh_view),
-        ("marked_edges", delmesh_view)]
+        ("marked_edges", delmesh_view), ("layers", C.POINTER(delmesh_layer)), ("layer_count", C.c_int32),
+        ("reserved1", C.c_int32), ("edge_verts", delmesh_view), ("edge_marks", delmesh_view)]
 
 
 class delmesh_mesh_info(C.Structure):
@@ -114,7 +149,7 @@ class delmesh_remesh_options(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("mode", C.c_int32), ("placement", C.c_int32), ("boundary", C.c_int32),
         ("precision", C.c_int32), ("strict", C.c_int32), ("compact", C.c_int32), ("effort", C.c_int32),
         ("feature_angle", C.c_double), ("max_normal_turn", C.c_double), ("shell_unit", C.c_double), ("tolerance", C.c_double),
-        ("max_vertices", C.c_int64), ("split_budget", C.c_int64)]
+        ("max_vertices", C.c_int64), ("split_budget", C.c_int64), ("map", C.c_int32), ("release", C.c_uint32)]
 
 
 class delmesh_remesh_report(C.Structure):
@@ -148,7 +183,7 @@ class delmesh_decimate_options(C.Structure):
         ("strict", C.c_int32), ("collapse_placement", C.c_int32), ("quality", C.c_int32), ("reserved0", C.c_int32),
         ("feature_angle", C.c_double), ("tolerance", C.c_double), ("max_normal_turn", C.c_double),
         ("boundary_weight", C.c_double), ("prune", C.c_double), ("vert_weights", delmesh_view), ("locked_verts", delmesh_view),
-        ("face_mask", delmesh_view)]
+        ("face_mask", delmesh_view), ("map", C.c_int32), ("release", C.c_uint32)]
 
 
 class delmesh_level_report(C.Structure):
@@ -163,6 +198,14 @@ class delmesh_decimate_report(C.Structure):
         ("seconds_prepare", C.c_double), ("seconds_decimate", C.c_double), ("seconds_relax", C.c_double),
         ("seconds_export", C.c_double), ("peak_bytes", C.c_uint64), ("prepare_nld", C.c_int64), ("prepare_flips", C.c_int64),
         ("prepare_splits", C.c_int64), ("prepare_bound", C.c_double), ("topology_kept", C.c_int32), ("reserved1", C.c_int32)]
+
+
+class delmesh_rows(C.Structure):
+    _fields_ = [("offsets", delmesh_view), ("indices", delmesh_view), ("values", delmesh_view)]
+
+
+class delmesh_rows_mut(C.Structure):
+    _fields_ = [("offsets", delmesh_view_mut), ("indices", delmesh_view_mut), ("values", delmesh_view_mut)]
 
 
 class delmesh_certify_options(C.Structure):
@@ -206,13 +249,14 @@ class delmesh_api(C.Structure):
         ("quality_report_init", C.c_void_p), ("measure_quality", C.c_void_p), ("distance_options_init", C.c_void_p),
         ("distance_report_init", C.c_void_p), ("measure_distance", C.c_void_p), ("preserve_estimate_init", C.c_void_p),
         ("estimate_preserve", C.c_void_p), ("decimate_options_init", C.c_void_p), ("level_report_init", C.c_void_p),
-        ("decimate_report_init", C.c_void_p), ("lod_family", C.c_void_p), ("decimate", C.c_void_p)]
+        ("decimate_report_init", C.c_void_p), ("lod_family", C.c_void_p), ("decimate", C.c_void_p), ("layer_init", C.c_void_p),
+        ("mesh_layer_borders", C.c_void_p), ("transfer", C.c_void_p), ("transfer_sparse", C.c_void_p)]
 
 
-STRUCTS = (delmesh_view, delmesh_view_mut, delmesh_context_options, delmesh_mesh_desc, delmesh_mesh_info, delmesh_remesh_options,
-    delmesh_remesh_report, delmesh_preserve_estimate, delmesh_target, delmesh_decimate_options, delmesh_level_report,
-    delmesh_decimate_report, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report, delmesh_distance_options,
-    delmesh_distance_report, delmesh_api)
+STRUCTS = (delmesh_view, delmesh_view_mut, delmesh_context_options, delmesh_layer, delmesh_mesh_desc, delmesh_mesh_info,
+    delmesh_remesh_options, delmesh_remesh_report, delmesh_preserve_estimate, delmesh_target, delmesh_decimate_options,
+    delmesh_level_report, delmesh_decimate_report, delmesh_rows, delmesh_rows_mut, delmesh_certify_options,
+    delmesh_certify_report, delmesh_quality_report, delmesh_distance_options, delmesh_distance_report, delmesh_api)
 PROTOTYPES = {
     "delmesh_context_options_init": (None, C.POINTER(delmesh_context_options), C.c_uint32),
     "delmesh_context_create": (C.c_int32, C.POINTER(delmesh_context_options), C.POINTER(C.c_void_p)),
@@ -222,11 +266,13 @@ PROTOTYPES = {
     "delmesh_status_name": (C.c_char_p, C.c_int32),
     "delmesh_version": (C.c_uint32,),
     "delmesh_context_memory": (None, C.c_void_p, C.POINTER(C.c_uint64), C.POINTER(C.c_uint64), C.POINTER(C.c_uint64)),
+    "delmesh_layer_init": (None, C.POINTER(delmesh_layer), C.c_uint32),
     "delmesh_mesh_desc_init": (None, C.POINTER(delmesh_mesh_desc), C.c_uint32),
     "delmesh_mesh_create": (C.c_int32, C.c_void_p, C.POINTER(delmesh_mesh_desc), C.POINTER(C.c_void_p)),
     "delmesh_mesh_destroy": (None, C.c_void_p),
     "delmesh_mesh_info_init": (None, C.POINTER(delmesh_mesh_info), C.c_uint32),
     "delmesh_mesh_get_info": (C.c_int32, C.c_void_p, C.POINTER(delmesh_mesh_info)),
+    "delmesh_mesh_layer_borders": (C.c_int32, C.c_void_p, C.c_int32, C.POINTER(C.c_int64)),
     "delmesh_mesh_read": (C.c_int32, C.c_void_p, C.c_int32, C.POINTER(delmesh_view_mut)),
     "delmesh_mesh_borrow": (C.c_int32, C.c_void_p, C.c_int32, C.POINTER(delmesh_view)),
     "delmesh_mesh_validate": (C.c_int32, C.c_void_p, C.c_void_p),
@@ -245,6 +291,10 @@ PROTOTYPES = {
         C.POINTER(delmesh_decimate_report)),
     "delmesh_decimate": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_target), C.POINTER(delmesh_decimate_options),
         C.POINTER(C.c_void_p), C.POINTER(delmesh_level_report), C.POINTER(delmesh_decimate_report)),
+    "delmesh_transfer": (C.c_int32, C.c_void_p, C.c_void_p, C.c_int32, C.c_int32, C.POINTER(delmesh_view),
+        C.POINTER(delmesh_view_mut)),
+    "delmesh_transfer_sparse": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_rows), C.c_int32, C.c_int32,
+        C.POINTER(delmesh_rows_mut)),
     "delmesh_certify_options_init": (None, C.POINTER(delmesh_certify_options), C.c_uint32),
     "delmesh_certify_report_init": (None, C.POINTER(delmesh_certify_report), C.c_uint32),
     "delmesh_certify": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_certify_options), C.POINTER(delmesh_certify_report)),
