@@ -178,8 +178,8 @@ enum {
     DELMESH_LAYER_NORMAL = 2,   /* at corners */
     DELMESH_LAYER_COLOR = 3,    /* at corners */
     DELMESH_LAYER_OTHER = 4,    /* at corners */
-    DELMESH_LAYER_MATERIAL = 5, /* of faces: integers, 1 component */
-    DELMESH_LAYER_FACE_SET = 6  /* of faces: integers, 1 component */
+    DELMESH_LAYER_MATERIAL = 5, /* of faces: int32, uint32 or uint8, 1 component */
+    DELMESH_LAYER_FACE_SET = 6  /* the same */
 };
 /* Are edges kept at which the layer's values jump? _DEFAULT: all but those of normals and colours. */
 enum { DELMESH_BORDER_DEFAULT = 0, DELMESH_BORDER_KEEP = 1, DELMESH_BORDER_FREE = 2 };
@@ -196,7 +196,8 @@ typedef struct delmesh_layer {
     double affine_tolerance; /* UV: by how much the texture may move on flat places, in its own units; < 0 (default): 1e-5 of the
                                 range of its values */
     double weight;           /* decimation: how much an error of this layer counts, see delmesh_decimate_options; 0 (default): not */
-    delmesh_view values;     /* as many as corners, in their order, 1..16 float32, float64, int32, uint32 or uint8; or as many as faces */
+    delmesh_view values;     /* as many as corners, in their order, 1..16 float32, float64, int32, uint32 or uint8;
+                                or as many as faces */
 } delmesh_layer;
 
 DELMESH_API void delmesh_layer_init(delmesh_layer* layer, uint32_t struct_size);

@@ -165,8 +165,8 @@ constexpr double kInfinity = HUGE_VAL;
 Status check_map_and_release(Context& context, int32_t map, uint32_t release) {
     DM_TRY(check_integer(context, "map", map, 0, 1));
     if ((release & ~uint32_t{kEdgeGiven}) == 0) return DELMESH_OK;
-    return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The option 'release' was %u, which has bits of edges that are not released.",
-                        release);
+    return context.fail(DELMESH_ERROR_INVALID_ARGUMENT,
+                        "The option 'release' was %u, which has bits of edges that are not released.", release);
 }
 
 } // namespace

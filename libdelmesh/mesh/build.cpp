@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Import, in the order of docs/import.md: check the faces' sizes, read the positions, weld, read the faces and cut polygons into
-// triangles, leave out what is no triangle, connect the faces (mesh/connect), mark edges, count.
+// triangles, leave out what is no triangle, connect the faces (mesh/connect), count, mark edges and borders (mesh/borders).
 #include "mesh/build.h"
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/hash.h"
+#include "mesh/borders.h"
 #include "mesh/connect.h"
 #include "mesh/triangulate.h"
 #include "mesh/views.h"
@@ -44,9 +45,18 @@ public:
         mesh_.first_split = mesh_.vertex_count;
         mesh_.imported = true;
         forget_identity(mesh_.face_source);
-        if (input_.marked_edges.type != 0) DM_TRY(mark_edges());
+        forget_identity(mesh_.corner_map);
+        mesh_.has_map = true;
+        mesh_.source_verts = input_.positions.count;
+        mesh_.source_corners = given_corners_;
+        mesh_.source_faces = mesh_.counts.polygons;
+        DM_TRY(context_.progress(0.9));
+        DM_TRY(count_mesh(context_, mesh_));
+        mesh_.source_edges = mesh_.counts.edges;
+        DM_TRY(mark_edges(context_, input_, weld_to_, 0.92, 0.96, mesh_));
+        DM_TRY(find_borders(context_, input_, 0.96, 1, mesh_));
         log_repairs();
-        return count_mesh(context_, mesh_);
+        return DELMESH_OK;
     }
 
 private:
@@ -255,9 +265,10 @@ private:
     Status read_polygons() {
         mesh_.corner_vert.reserve(3 * most_triangles_);
         mesh_.face_source.reserve(most_triangles_);
+        mesh_.corner_map.reserve(3 * most_triangles_);
         return with_numbers(input_.corner_verts, [&](auto vertex) {
             return with_numbers(by_offset_ ? input_.face_offsets : input_.face_sizes, [&](auto number) {
-                Array<int32_t> polygon(context_.memory());
+                Array<int32_t> polygon(context_.memory()), corners(context_.memory());
                 Triangulator triangulator(context_.memory());
                 int64_t corner = 0;
                 return in_pieces(context_, mesh_.counts.polygons, 0.2, 0.4, [&](int64_t begin, int64_t end) -> Status {
@@ -266,15 +277,20 @@ private:
                         const int64_t size = last - corner;
                         bool finite = true;
                         polygon.clear();
+                        corners.clear();
                         for (; corner < last; ++corner) {
                             const int64_t given = vertex(corner);
                             if (!is_vertex(given)) return out_of_range(corner, given);
                             const int32_t v = welded(given);
                             finite &= is_finite_vertex(v);
-                            if (polygon.empty() || polygon.back() != v) polygon.push_back(v);
+                            if (!polygon.empty() && polygon.back() == v) continue;
+                            polygon.push_back(v);
+                            corners.push_back(static_cast<int32_t>(corner));
                         }
                         while (polygon.size() > 1 && polygon.back() == polygon[0]) polygon.pop_back();
-                        DM_TRY(append_polygon(f, size, finite, polygon, triangulator));
+                        DM_TRY(append_polygon(f, size, finite,
+                                              {polygon.data(), corners.data(), static_cast<int32_t>(polygon.size())},
+                                              triangulator));
                     }
                     return DELMESH_OK;
                 });
@@ -282,14 +298,14 @@ private:
         });
     }
 
-    Status append_polygon(int64_t f, int64_t size, bool finite, const Array<int32_t>& polygon, Triangulator& triangulator) {
+    Status append_polygon(int64_t f, int64_t size, bool finite, const Triangulator::Polygon& polygon,
+                          Triangulator& triangulator) {
         const int64_t expected = size > 3 ? size - 2 : 1;
         if (!finite) return leave_out_non_finite(f, expected);
         const int64_t before = mesh_.faces();
-        if (polygon.size() >= 3) {
+        if (polygon.count >= 3) {
             const double fraction = 0.2 + 0.2 * static_cast<double>(f) / static_cast<double>(mesh_.counts.polygons);
-            DM_TRY(triangulator.triangulate(context_, fraction, mesh_, polygon.data(), static_cast<int32_t>(polygon.size()),
-                                            mesh_.corner_vert));
+            DM_TRY(triangulator.triangulate(context_, fraction, polygon, mesh_));
         }
         const int64_t made = mesh_.faces() - before;
         for (int64_t i = 0; i < made; ++i) mesh_.face_source.push_back(static_cast<int32_t>(f));
@@ -300,55 +316,6 @@ private:
         for (int64_t i = 0; i < map.size(); ++i)
             if (map[i] != i) return;
         map.free_storage();
-    }
-
-    // Marks every copy of the caller's edges. The table holds each wanted edge once: lower vertex, upper vertex, and kFound.
-    Status mark_edges() {
-        constexpr uint64_t kFound = uint64_t{1} << 63;
-        const int64_t marked = input_.marked_edges.count;
-        const int64_t slots = table_size(marked);
-        Array<uint64_t> table(context_.memory(), slots, 0); // 0 is no edge
-        const auto key_of = [](int32_t p, int32_t q) {
-            return static_cast<uint64_t>(std::min(p, q)) << 32 | static_cast<uint64_t>(std::max(p, q));
-        };
-        const auto find = [&](uint64_t key) { // its slot, or the free one where it belongs
-            int64_t slot = static_cast<int64_t>(scramble(key) & static_cast<uint64_t>(slots - 1));
-            while (table[slot] != 0 && (table[slot] & ~kFound) != key) slot = (slot + 1) & (slots - 1);
-            return slot;
-        };
-        return with_numbers(input_.marked_edges, [&](auto number) -> Status {
-            DM_TRY(in_pieces(context_, marked, 0.9, 0.92, [&](int64_t begin, int64_t end) -> Status {
-                for (int64_t e = begin; e < end; ++e) {
-                    const int64_t p = number(2 * e), q = number(2 * e + 1);
-                    if (!is_vertex(p) || !is_vertex(q))
-                        return context_.fail(DELMESH_ERROR_INDEX_OUT_OF_RANGE,
-                                             "marked_edges: edge %lld had vertex %lld; there were %lld vertices.", LL{e},
-                                             LL{is_vertex(p) ? q : p}, LL{input_.positions.count});
-                    const uint64_t key = key_of(welded(p), welded(q));
-                    if (welded(p) != welded(q)) table[find(key)] = key;
-                }
-                return DELMESH_OK;
-            }));
-            const auto source = [&](int32_t v) { return mesh_.vert_source.empty() ? v : mesh_.vert_source[v]; };
-            DM_TRY(in_pieces(context_, mesh_.corners(), 0.92, 0.98, [&](int64_t begin, int64_t end) {
-                for (int64_t c = begin; c < end; ++c) {
-                    const int32_t p = mesh_.corner_vert[c], q = mesh_.corner_vert[next_corner(static_cast<int32_t>(c))];
-                    uint64_t& entry = table[find(key_of(source(p), source(q)))];
-                    if (entry == 0) continue;
-                    entry |= kFound;
-                    if (mesh_.corner_bits.empty()) mesh_.corner_bits.assign(mesh_.corners(), 0);
-                    mesh_.corner_bits[c] = kEdgeMarked;
-                }
-                return DELMESH_OK;
-            }));
-            return in_pieces(context_, marked, 0.98, 1, [&](int64_t begin, int64_t end) {
-                for (int64_t e = begin; e < end; ++e) {
-                    const int32_t p = welded(number(2 * e)), q = welded(number(2 * e + 1));
-                    mesh_.counts.unmatched_marked_edges += p == q || (table[find(key_of(p, q))] & kFound) == 0;
-                }
-                return DELMESH_OK;
-            });
-        });
     }
 
     void log_repairs() {

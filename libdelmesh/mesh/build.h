@@ -9,7 +9,10 @@ namespace dm {
 
 // The caller's arrays, checked for shape and type by api/ but not for content.
 struct MeshInput {
-    delmesh_view positions, corner_verts, face_offsets, face_sizes, marked_edges;
+    delmesh_view positions{}, corner_verts{}, face_offsets{}, face_sizes{}, marked_edges{}, edge_verts{}, edge_marks{};
+    static constexpr int32_t kMostLayers = 64;
+    delmesh_layer layers[kMostLayers]; // `border` is KEEP or FREE, values have a stride
+    int32_t layer_count = 0;
     bool weld = false, strict = false;
 };
 

@@ -337,7 +337,9 @@ private:
                                      "Face %d was oriented against its component, and 'strict' forbids to turn it.",
                                      source_of_face(mesh_, f));
             const int64_t c = 3 * static_cast<int64_t>(f);
+            remember_sources(mesh_);
             std::swap(mesh_.corner_vert[c + 1], mesh_.corner_vert[c + 2]);
+            std::swap(mesh_.corner_map[c + 1], mesh_.corner_map[c + 2]);
             std::swap(mesh_.corner_twin[c], mesh_.corner_twin[c + 2]);
             ++mesh_.counts.reoriented_faces;
         }
@@ -420,6 +422,16 @@ Status split_fans(Context& context, bool strict, double from, double to, Mesh& m
 }
 
 } // namespace
+
+void remember_sources(Mesh& mesh) {
+    const auto fill = [](Array<int32_t>& map, int64_t count) {
+        if (!map.empty()) return;
+        map.resize_uninitialized(count);
+        for (int64_t i = 0; i < count; ++i) map[i] = static_cast<int32_t>(i);
+    };
+    fill(mesh.face_source, mesh.faces());
+    fill(mesh.corner_map, mesh.corners());
+}
 
 Status connect_faces(Context& context, bool strict, double from, double to, Mesh& mesh) {
     const double step = (to - from) / 4;

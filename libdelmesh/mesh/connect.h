@@ -18,26 +18,30 @@ inline int32_t source_of_face(const Mesh& mesh, int64_t f) {
     return mesh.face_source.empty() ? static_cast<int32_t>(f) : mesh.face_source[f];
 }
 
-// Removes the faces for which leave_out(f) is true from corner_vert and face_source; the others keep their order.
+// Where the mesh's corners and faces are no longer the source's, one by one.
+void remember_sources(Mesh& mesh);
+
+// Removes the faces for which leave_out(f) is true from corner_vert, corner_map and face_source; the others keep their order.
 template <class LeaveOut>
 void leave_out_faces(Mesh& mesh, LeaveOut&& leave_out) {
-    const int64_t faces = mesh.faces();
+    const int64_t faces = mesh.faces(); // as it was
     int64_t kept = 0;
     for (int64_t f = 0; f < faces; ++f) {
         if (leave_out(f)) {
-            if (!mesh.face_source.empty()) continue;
-            mesh.face_source.resize_uninitialized(faces);
-            for (int64_t g = 0; g < faces; ++g) mesh.face_source[g] = static_cast<int32_t>(g);
+            remember_sources(mesh);
             continue;
         }
         if (kept != f) {
             for (int k = 0; k < 3; ++k) mesh.corner_vert[3 * kept + k] = mesh.corner_vert[3 * f + k];
+            for (int k = 0; k < 3; ++k) mesh.corner_map[3 * kept + k] = mesh.corner_map[3 * f + k];
             mesh.face_source[kept] = mesh.face_source[f];
         }
         ++kept;
     }
     mesh.corner_vert.resize_uninitialized(3 * kept);
-    if (!mesh.face_source.empty()) mesh.face_source.resize_uninitialized(kept);
+    if (kept == faces) return;
+    mesh.face_source.resize_uninitialized(kept);
+    mesh.corner_map.resize_uninitialized(3 * kept);
 }
 
 } // namespace dm

@@ -97,10 +97,10 @@ struct Mesh {
     // meshes are the mesh that they were made from.
     bool imported = false;
     Precision precision = Precision::f32;
-    Array<float> pos32;         // 3 V, when precision is f32: the very numbers that are delivered
-    Array<double> pos64;        // 3 V, when precision is f64
-    Array<int32_t> corner_vert; // 3 F
-    Array<int32_t> corner_twin; // 3 F
+    Array<float> pos32;          // 3 V, when precision is f32: the very numbers that are delivered
+    Array<double> pos64;         // 3 V, when precision is f64
+    Array<int32_t> corner_vert;  // 3 F
+    Array<int32_t> corner_twin;  // 3 F
     Array<EdgeBits> corner_bits; // 3 F, or empty when no edge has a bit
     Array<CutSlot> cut_slots;
     Array<int32_t> face_source; // F, or empty for the identity
@@ -111,9 +111,9 @@ struct Mesh {
     Array<VertexMap> split_map; // split_map[v - first_split] says where
     // Where corners and edges lie on the source, if has_map. Source corners, faces... are numbered as the caller did.
     bool has_map = false;
-    Array<int32_t> corner_map;        // 3 F, or empty for the identity: a source corner, or ~i for corner_places[i]
+    Array<int32_t> corner_map; // 3 F, or empty for the identity: a source corner, or ~i for corner_places[i]
     Array<CornerPlace> corner_places;
-    Array<int32_t> edge_source;       // E, in the order of first corners, or empty for the identity; -1: no piece of a source edge
+    Array<int32_t> edge_source; // E, in the order of first corners, or empty for the identity; -1: no piece of a source edge
     int64_t source_verts = 0, source_corners = 0, source_faces = 0, source_edges = 0;
     // Only where imported, and only of layers whose values are needed again: components after each other, corner by corner of
     // this mesh's own.

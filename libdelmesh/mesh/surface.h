@@ -155,9 +155,9 @@ public:
     Array<int32_t> vert_root; // empty, or per vertex one of which it is a copy on another sheet (itself if none): see root()
     Array<int32_t> copy_of;   // vertices [first_copy, first_split): made by repairs, copies of these
     Array<Carrier> carriers;
-    Array<int32_t> carrier_splits;     // per carrier: split vertices on it, with those that collapses took since
-    Array<SplitVertex> split_vertices; // of vertices [first_split, vertices()), used or not
-    Array<int32_t> pins;               // per split vertex: carriers that end there
+    Array<int32_t> carrier_splits;                  // per carrier: split vertices on it, with those that collapses took since
+    Array<SplitVertex> split_vertices;              // of vertices [first_split, vertices()), used or not
+    Array<int32_t> pins;                            // per split vertex: carriers that end there
     EdgeBits kept_bits = kEdgeGiven | kEdgeFeature; // an edge with one of these is kept
     int32_t first_copy = 0, first_split = 0;
     int64_t dead_faces = 0;

@@ -7,44 +7,44 @@
 namespace dm {
 namespace {
 
-void append(const int32_t* verts, int32_t i, int32_t j, int32_t k, Array<int32_t>& corner_vert) {
-    const int32_t a = verts[i], b = verts[j], c = verts[k];
+void append(const Triangulator::Polygon& polygon, int32_t i, int32_t j, int32_t k, Mesh& mesh) {
+    const int32_t a = polygon.verts[i], b = polygon.verts[j], c = polygon.verts[k];
     if (a == b || b == c || c == a) return;
-    corner_vert.push_back(a);
-    corner_vert.push_back(b);
-    corner_vert.push_back(c);
+    for (const int32_t v : {a, b, c}) mesh.corner_vert.push_back(v);
+    for (const int32_t n : {i, j, k}) mesh.corner_map.push_back(polygon.corners[n]);
 }
 
 } // namespace
 
-Status Triangulator::triangulate(Context& context, double fraction, const Mesh& positions, const int32_t* verts, int32_t count,
-                                 Array<int32_t>& corner_vert) {
+Status Triangulator::triangulate(Context& context, double fraction, const Polygon& polygon, Mesh& mesh) {
+    const int32_t count = polygon.count;
     if (count > 3) {
-        load(positions, verts, count);
+        load(mesh, polygon);
         const Vec3 normal = normal_of(count);
         const double fan = fan_quality(count, normal);
         // Without a normal (all on a line) every choice is as good.
         if (!(fan > 0) && length_squared(normal) > 0) {
-            if (count > 4) return clip_ears(context, fraction, normal, verts, count, corner_vert);
+            if (count > 4) return clip_ears(context, fraction, normal, polygon, mesh);
             const double other = std::min(turn_along(1, 2, 3, normal), turn_along(1, 3, 0, normal));
             if (other > fan) {
-                append(verts, 1, 2, 3, corner_vert);
-                append(verts, 1, 3, 0, corner_vert);
+                append(polygon, 1, 2, 3, mesh);
+                append(polygon, 1, 3, 0, mesh);
                 return DELMESH_OK;
             }
         }
     }
-    for (int32_t i = 1; i + 1 < count; ++i) append(verts, 0, i, i + 1, corner_vert);
+    for (int32_t i = 1; i + 1 < count; ++i) append(polygon, 0, i, i + 1, mesh);
     return DELMESH_OK;
 }
 
-void Triangulator::load(const Mesh& positions, const int32_t* verts, int32_t count) {
+void Triangulator::load(const Mesh& mesh, const Polygon& polygon) {
+    const int32_t count = polygon.count;
     // Products of four lengths follow: out of this range they would overflow or vanish.
     constexpr double kSmall = 0x1p-180, kLarge = 0x1p180;
     points_.resize_uninitialized(count);
     double largest = 0;
     for (int32_t i = 0; i < count; ++i) {
-        const Vec3 p = points_[i] = positions.position(verts[i]);
+        const Vec3 p = points_[i] = mesh.position(polygon.verts[i]);
         largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
     }
     if (largest > 0 && (largest < kSmall || largest > kLarge)) {
@@ -104,8 +104,8 @@ bool Triangulator::is_ear(int32_t b, int64_t& tests) const {
     return true;
 }
 
-Status Triangulator::clip_ears(Context& context, double fraction, const Vec3& normal, const int32_t* verts, int32_t count,
-                               Array<int32_t>& corner_vert) {
+Status Triangulator::clip_ears(Context& context, double fraction, const Vec3& normal, const Polygon& polygon, Mesh& mesh) {
+    const int32_t count = polygon.count;
     project(count, normal);
     next_.resize_uninitialized(count);
     prev_.resize_uninitialized(count);
@@ -132,7 +132,7 @@ Status Triangulator::clip_ears(Context& context, double fraction, const Vec3& no
         }
         if (left % 4096 == 0) DM_TRY(context.progress(fraction));
         const int32_t a = prev_[b], c = next_[b];
-        append(verts, a, b, c, corner_vert);
+        append(polygon, a, b, c, mesh);
         next_[a] = c;
         prev_[c] = a;
         look(a);
@@ -141,7 +141,7 @@ Status Triangulator::clip_ears(Context& context, double fraction, const Vec3& no
         looked_at = 0;
         b = c;
     }
-    append(verts, prev_[b], b, next_[b], corner_vert);
+    append(polygon, prev_[b], b, next_[b], mesh);
     return DELMESH_OK;
 }
 

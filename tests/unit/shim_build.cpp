@@ -25,8 +25,15 @@ void guarded(shim_mesh& m, Call&& call) {
 }
 
 MeshInput input_of(const delmesh_mesh_desc& desc) {
-    return {desc.positions,    desc.corner_verts, desc.face_offsets, desc.face_sizes,
-            desc.marked_edges, desc.weld != 0,    desc.strict != 0};
+    MeshInput input;
+    input.positions = desc.positions;
+    input.corner_verts = desc.corner_verts;
+    input.face_offsets = desc.face_offsets;
+    input.face_sizes = desc.face_sizes;
+    input.marked_edges = desc.marked_edges;
+    input.weld = desc.weld != 0;
+    input.strict = desc.strict != 0;
+    return input;
 }
 
 } // namespace
