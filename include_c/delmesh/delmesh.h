@@ -279,7 +279,7 @@ enum {
     DELMESH_FACE_SOURCE = 5,    /* F: source polygon */
     DELMESH_VERT_SOURCE = 6,    /* V: source vertex; -1 for a vertex made by a split */
     DELMESH_VERT_JOIN = 7,      /* V: the vertex to which this one must be joined to undo the cutting; itself if none */
-    DELMESH_EDGE_FLAGS = 8,     /* E, uint8 or wider: DELMESH_EDGE_*; uint8 has room for the first eight bits */
+    DELMESH_EDGE_FLAGS = 8,     /* E, int32: DELMESH_EDGE_*; read as uint8 only where no flag is above 128 (else TOO_LARGE) */
     DELMESH_VERT_MAP_VERT = 9,  /* V x 3: three source vertices ... */
     DELMESH_VERT_MAP_WEIGHT = 10, /* V x 3 float64: ... and weights (sum 1) where the vertex lies; a source vertex: (i,i,i)
                                    (1,0,0) */
@@ -574,7 +574,9 @@ enum {
  * is no source edge). source: one element per element of the source as the caller gave it (vertices, corners, polygons, edges);
  * target: one per vertex, corner, face or edge of `mesh`; the same type (float32, float64, int32, uint32, int64 or uint8) and
  * number of components (1..256), any strides, not overlapping. Faces and edges have one source each: all policies copy it, then
- * normalise. O(n), parallel. Errors: INVALID_ARGUMENT (also where `mesh` has no map), CANCELLED (target is then partly written). */
+ * normalise. Corner and edge layers need a `mesh` that has those maps. Elements of weight 0 do not count, whatever they hold; sums stay
+ * between what they were made of; of equal weights the first is the largest; what has length 1 or sums to 1 but for rounding stays as it
+ * is. O(n), parallel, allocates nothing. Errors: INVALID_ARGUMENT, CANCELLED (target is then partly written). */
 DELMESH_API int32_t delmesh_transfer(delmesh_context* context, const delmesh_mesh* mesh, int32_t domain, int32_t policy,
                                      const delmesh_view* source, const delmesh_view_mut* target);
 
@@ -587,13 +589,15 @@ typedef struct delmesh_rows {
 } delmesh_rows;
 typedef struct delmesh_rows_mut {
     delmesh_view_mut offsets;
-    delmesh_view_mut indices; /* with room for V x limit entries, or for as many as the offsets of a first call said; */
+    delmesh_view_mut indices; /* with room for V x limit entries, or for as many as the last offset of a first call said; */
     delmesh_view_mut values;  /* both all zero: only the offsets are written */
 } delmesh_rows_mut;
 
-/* Weighted sums of the rows, entries of one index added up, ascending by index; of more than `limit` (1..65535) the largest are kept.
- * Entries that are 0 are left out. normalise: 1: every row that is not empty sums to 1; 2: to what its whole sum was, before the limit;
- * 0: as they are. O(n log n). Errors: INVALID_ARGUMENT, INDEX_OUT_OF_RANGE, TOO_LARGE (no room), memory, CANCELLED. */
+/* Weighted sums of the rows, entries of one index added up, ascending by index; of more than `limit` (1..65535) the largest in
+ * magnitude are kept, of equal ones those of the lower index. Entries that are 0 are left out. normalise: 1: every row sums to 1, but for
+ * those whose sum is 0; 2: to what its whole sum was, before the limit; 0: as they are. O(n log n), parallel; 16 bytes per source entry.
+ * Errors: INVALID_ARGUMENT (also a value that is NaN or infinite), INDEX_OUT_OF_RANGE, TOO_LARGE (no room, or a number that does not fit
+ * target's type), memory: nothing was written then; CANCELLED (target is then partly written). */
 DELMESH_API int32_t delmesh_transfer_sparse(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_rows* source,
                                             int32_t limit, int32_t normalise, const delmesh_rows_mut* target);
 

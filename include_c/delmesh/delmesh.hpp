@@ -47,6 +47,7 @@ inline void check(int32_t status, const char* sentence = nullptr) {
         Name() { delmesh_##name##_init(this, sizeof(delmesh_##name)); }        \
     }
 DELMESH_HPP_STRUCT(ContextOptions, context_options);
+DELMESH_HPP_STRUCT(Layer, layer);
 DELMESH_HPP_STRUCT(MeshDesc, mesh_desc);
 DELMESH_HPP_STRUCT(MeshInfo, mesh_info);
 DELMESH_HPP_STRUCT(RemeshOptions, remesh_options);
@@ -100,6 +101,14 @@ delmesh_view_mut view_mut(T* data, std::size_t count, int32_t components = 1, st
     return {data, static_cast<int64_t>(count), stride, type_of<T>, components};
 }
 
+// Sparse rows, one per vertex: indices[k] and values[k] of vertex v for k from offsets[v] to offsets[v + 1].
+template <class Value>
+struct Rows {
+    std::vector<int64_t> offsets;
+    std::vector<int32_t> indices;
+    std::vector<Value> values;
+};
+
 // ---- Mesh -------------------------------------------------------------------------------------------------------------------
 
 class Mesh {
@@ -129,6 +138,20 @@ public:
         read(what, view_mut(numbers.data(), shape.count, shape.components));
         return numbers;
     }
+    // Of the layer with that number in MeshDesc::layers.
+    int64_t layer_borders(int32_t layer) const {
+        int64_t edges = 0;
+        check(delmesh_mesh_layer_borders(get(), layer, &edges));
+        return edges;
+    }
+    // How many elements a domain (DELMESH_DOMAIN_VERTEX ...) has.
+    std::size_t count_of(int32_t domain) const {
+        const MeshInfo counts = info();
+        return static_cast<std::size_t>(domain == DELMESH_DOMAIN_VERTEX   ? counts.vertices
+                                        : domain == DELMESH_DOMAIN_CORNER ? counts.corners
+                                        : domain == DELMESH_DOMAIN_FACE   ? counts.faces
+                                                                          : counts.edges);
+    }
     template <class T>
     std::vector<T> positions() const { return read<T>(DELMESH_POSITION); }
     template <class T>
@@ -152,7 +175,10 @@ private:
         case DELMESH_VERT_PARENT: return {verts, 1};
         case DELMESH_FACE_SOURCE: return {faces, 1};
         case DELMESH_EDGE_VERT: return {edges, 2};
-        case DELMESH_EDGE_FLAGS: return {edges, 1};
+        case DELMESH_EDGE_FLAGS:
+        case DELMESH_EDGE_SOURCE_EDGE: return {edges, 1};
+        case DELMESH_CORNER_MAP_CORNER:
+        case DELMESH_CORNER_MAP_WEIGHT: return {3 * faces, 3};
         default: return {3 * faces, 1};
         }
     }
@@ -237,6 +263,34 @@ public:
         delmesh_mesh* made = nullptr;
         finish(delmesh_decimate(get(), in.get(), &target, &options, &made, level, report));
         return Mesh(made);
+    }
+    void transfer(const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source, const delmesh_view_mut& target) {
+        finish(delmesh_transfer(get(), mesh.get(), domain, policy, &source, &target));
+    }
+    // A layer of the source, one element after the other, carried over to a mesh that was made from it.
+    template <class T>
+    std::vector<T> transfer(const Mesh& mesh, int32_t domain, int32_t policy, const std::vector<T>& source, int32_t components = 1) {
+        const std::size_t count = mesh.count_of(domain);
+        const delmesh_view from = view(source, components);
+        std::vector<T> numbers(count * static_cast<std::size_t>(components));
+        transfer(mesh, domain, policy, from, view_mut(numbers.data(), count, components));
+        return numbers;
+    }
+    template <class Value>
+    Rows<Value> transfer_sparse(const Mesh& mesh, const Rows<Value>& source, int32_t limit, int32_t normalise) {
+        const delmesh_rows from = {view(source.offsets), view(source.indices), view(source.values)};
+        const std::size_t count = mesh.count_of(DELMESH_DOMAIN_VERTEX) + 1;
+        Rows<Value> rows;
+        rows.offsets.resize(count);
+        delmesh_rows_mut to = {view_mut(rows.offsets.data(), count), {}, {}};
+        finish(delmesh_transfer_sparse(get(), mesh.get(), &from, limit, normalise, &to)); // how many there are
+        const auto entries = static_cast<std::size_t>(rows.offsets.back());
+        rows.indices.resize(entries);
+        rows.values.resize(entries);
+        to.indices = view_mut(rows.indices.data(), entries);
+        to.values = view_mut(rows.values.data(), entries);
+        finish(delmesh_transfer_sparse(get(), mesh.get(), &from, limit, normalise, &to));
+        return rows;
     }
     CertifyReport certify(const Mesh& mesh, const CertifyOptions& options = CertifyOptions()) {
         CertifyReport report;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "algo/parallel_slices.h"
+#include "mesh/source_map.h"
 
 namespace dm {
 namespace {
@@ -300,6 +301,7 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     DM_TRY(context.progress(0.5));
     // Where everything comes from.
     DM_TRY(trace_splits(context, in, s, numbers, reach, out.split_map));
+    set_source_counts(in, out);
     out.first_split = numbers.originals;
     if (options.compact != 0 || (in.imported && !in.vert_source.empty()) || s.first_split != s.first_copy ||
         all != s.first_split) {

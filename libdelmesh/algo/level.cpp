@@ -6,6 +6,7 @@
 
 #include "geom/closest_point.h"
 #include "mesh/build.h"
+#include "mesh/source_map.h"
 
 namespace dm {
 
@@ -31,6 +32,7 @@ Status LevelMaker::make(Mesh& out, Mesh* before) {
             verts.push_back(v);
         }
     out.precision = full.precision;
+    set_source_counts(in, out);
     out.vertex_count = static_cast<int32_t>(verts.size());
     const auto write = [&](auto& positions) {
         positions.reserve(3 * verts.size());

@@ -7,6 +7,8 @@
 
 #include "api/options.h"
 #include "api/views.h"
+#include "mesh/source_map.h"
+#include "mesh/views.h"
 
 namespace dm {
 namespace {
@@ -42,7 +44,7 @@ Shape shape_of(const Mesh& mesh, int32_t what) {
     case DELMESH_VERT_JOIN:
         return {verts, 1, kInt, kIndexTypes, mesh.vert_join.data()};
     case DELMESH_EDGE_FLAGS:
-        return {edges, 1, DELMESH_UINT8, kIndexTypes | type_bit(DELMESH_UINT8), nullptr};
+        return {edges, 1, kInt, kIndexTypes | type_bit(DELMESH_UINT8), nullptr};
     case DELMESH_VERT_MAP_VERT:
         return {verts, 3, kInt, kIndexTypes, nullptr};
     case DELMESH_VERT_MAP_WEIGHT:
@@ -51,17 +53,19 @@ Shape shape_of(const Mesh& mesh, int32_t what) {
         return {corners, 1, kInt, kIndexTypes, mesh.cut_slots.empty() ? mesh.corner_twin.data() : nullptr, true};
     case DELMESH_VERT_PARENT:
         return {verts, 1, kInt, kIndexTypes, mesh.vert_parent.data()};
-    default:
-        return {0, 0, 0, 0, nullptr};
     }
+    if (mesh.has_map) switch (what) {
+        case DELMESH_CORNER_MAP_CORNER:
+            return {corners, 3, kInt, kIndexTypes, nullptr};
+        case DELMESH_CORNER_MAP_WEIGHT:
+            return {corners, 3, DELMESH_FLOAT64, kFloatTypes, nullptr};
+        case DELMESH_EDGE_SOURCE_EDGE:
+            return {edges, 1, kInt, kIndexTypes, mesh.edge_source.data()};
+        }
+    return {0, 0, 0, 0, nullptr};
 }
 
 // ---- Facts about edges and vertices -----------------------------------------------------------------------------------------
-
-bool is_first_of_edge(const Mesh& mesh, int32_t c) { // edges are numbered by their first corner
-    const int32_t twin = mesh.corner_twin[c];
-    return twin < 0 || c < twin;
-}
 
 int32_t edge_flags(const Mesh& mesh, int32_t c) {
     const int32_t twin = mesh.corner_twin[c];
@@ -69,23 +73,20 @@ int32_t edge_flags(const Mesh& mesh, int32_t c) {
            (is_cut(twin) ? DELMESH_EDGE_CUT : 0);
 }
 
-int32_t source_of(const Array<int32_t>& sources, int32_t i) {
-    return sources.empty() ? i : sources[i];
-}
-
-VertexMap vertex_map(const Mesh& mesh, int32_t v) {
-    if (!mesh.split_map.empty() && v >= mesh.first_split) return mesh.split_map[v - mesh.first_split];
-    const int32_t s = source_of(mesh.vert_source, v);
-    return {{s, s, s}, {1, 0, 0}};
-}
-
-// Whether an array has a -1 in it, which an unsigned type cannot hold. All other indices fit all types that are taken.
+// Whether an unsigned type cannot hold an array, which has a -1 in it. All other indices fit all types of theirs.
 bool has_negative(const Mesh& mesh, int32_t what) {
-    const Array<int32_t>* const array = what == DELMESH_CORNER_TWIN   ? &mesh.corner_twin
-                                        : what == DELMESH_VERT_SOURCE ? &mesh.vert_source
-                                        : what == DELMESH_VERT_PARENT ? &mesh.vert_parent
-                                                                      : nullptr;
+    const Array<int32_t>* const array = what == DELMESH_CORNER_TWIN        ? &mesh.corner_twin
+                                        : what == DELMESH_VERT_SOURCE      ? &mesh.vert_source
+                                        : what == DELMESH_VERT_PARENT      ? &mesh.vert_parent
+                                        : what == DELMESH_EDGE_SOURCE_EDGE ? &mesh.edge_source
+                                                                           : nullptr;
     return array != nullptr && std::any_of(array->begin(), array->end(), [](int32_t i) { return i < 0; });
+}
+
+// Flags are all that is read as uint8.
+bool has_wide_flags(const Mesh& mesh) {
+    constexpr EdgeBits kWide = static_cast<EdgeBits>(~0xff & ~kEdgeFrozen);
+    return std::any_of(mesh.corner_bits.begin(), mesh.corner_bits.end(), [](EdgeBits bits) { return (bits & kWide) != 0; });
 }
 
 // ---- Passes -----------------------------------------------------------------------------------------------------------------
@@ -103,21 +104,6 @@ private:
     int64_t stride_;
     bool triples_;
 };
-
-// Calls pass(T()) with the integer type of a checked view.
-template <class Pass>
-void with_index_type(int32_t type, Pass&& pass) {
-    switch (type) {
-    case DELMESH_UINT8:
-        return pass(uint8_t());
-    case DELMESH_UINT32:
-        return pass(uint32_t());
-    case DELMESH_INT64:
-        return pass(int64_t());
-    default:
-        return pass(int32_t());
-    }
-}
 
 template <class T>
 void write_integers(const Mesh& mesh, int32_t what, const Strided<T>& out) {
@@ -161,17 +147,26 @@ void write_integers(const Mesh& mesh, int32_t what, const Strided<T>& out) {
             for (int k = 0; k < 3; ++k) out.element(v)[k] = static_cast<T>(map.vert[k]);
         }
         break;
+    case DELMESH_CORNER_MAP_CORNER:
+        for (int32_t c = 0; c < corners; ++c) {
+            const CornerPlace place = corner_place(mesh, c);
+            for (int k = 0; k < 3; ++k) out.element(c)[k] = static_cast<T>(place.corner[k]);
+        }
+        break;
+    case DELMESH_EDGE_SOURCE_EDGE:
+        for (; edge < mesh.counts.edges; ++edge) *out.element(edge) = static_cast<T>(source_of(mesh.edge_source, edge));
+        break;
     case DELMESH_CORNER_TWIN:
         for (int32_t c = 0; c < corners; ++c) out.corner(c) = static_cast<T>(mesh.corner_twin[c] < 0 ? -1 : mesh.corner_twin[c]);
         break;
     }
 }
 
-template <class T>
-void write_weights(const Mesh& mesh, const Strided<T>& out) {
-    for (int32_t v = 0; v < mesh.vertices(); ++v) {
-        const VertexMap map = vertex_map(mesh, v);
-        for (int k = 0; k < 3; ++k) out.element(v)[k] = static_cast<T>(map.weight[k]);
+template <class T, class Map>
+void write_weights(int32_t count, Map&& map, const Strided<T>& out) {
+    for (int32_t i = 0; i < count; ++i) {
+        const auto place = map(i);
+        for (int k = 0; k < 3; ++k) out.element(i)[k] = static_cast<T>(place.weight[k]);
     }
 }
 
@@ -190,7 +185,9 @@ void write_positions(const Array<From>& positions, const Strided<To>& out) {
 template <class T>
 void write_floats(const Mesh& mesh, int32_t what, const Strided<T>& out) {
     if (what == DELMESH_VERT_MAP_WEIGHT)
-        write_weights(mesh, out);
+        write_weights(mesh.vertices(), [&](int32_t v) { return vertex_map(mesh, v); }, out);
+    else if (what == DELMESH_CORNER_MAP_WEIGHT)
+        write_weights(mesh.corners(), [&](int32_t c) { return corner_place(mesh, c); }, out);
     else if (mesh.precision == Precision::f32)
         write_positions(mesh.pos32, out);
     else
@@ -243,6 +240,7 @@ Status read_array(const delmesh_mesh& mesh, int32_t what, const delmesh_view_mut
     if (view_problem(as_view(dst), shape.types, triples ? 3 : shape.components) != nullptr) return DELMESH_ERROR_INVALID_ARGUMENT;
     if (dst.count != (triples ? shape.count / 3 : shape.count)) return DELMESH_ERROR_INVALID_ARGUMENT;
     if (dst.type == DELMESH_UINT32 && has_negative(mesh.mesh, what)) return DELMESH_ERROR_TOO_LARGE;
+    if (dst.type == DELMESH_UINT8 && has_wide_flags(mesh.mesh)) return DELMESH_ERROR_TOO_LARGE;
     const int64_t element = type_size(dst.type) * dst.components;
     if (shape.stored != nullptr && dst.count != 0 && dst.type == shape.type && stride_of(as_view(dst)) == element)
         std::memcpy(dst.data, shape.stored, static_cast<size_t>(dst.count * element));

@@ -53,11 +53,6 @@ Status check_count(Context& context, const char* name, int64_t count, int64_t mo
                         static_cast<long long>(count), static_cast<long long>(most));
 }
 
-delmesh_view with_stride(delmesh_view view) {
-    view.stride = stride_of(view);
-    return view;
-}
-
 Status check_layers(Context& context, const delmesh_mesh_desc& desc, int64_t corners, int64_t faces, MeshInput& out) {
     constexpr uint32_t kIdTypes = type_bit(DELMESH_INT32) | type_bit(DELMESH_UINT32) | type_bit(DELMESH_UINT8);
     constexpr int32_t kMostComponents = 16;

@@ -23,6 +23,16 @@ inline int64_t stride_of(const delmesh_view& view) {
     return view.stride != 0 ? view.stride : type_size(view.type) * view.components;
 }
 
+// With the stride that 0 stands for.
+inline delmesh_view with_stride(delmesh_view view) {
+    view.stride = stride_of(view);
+    return view;
+}
+inline delmesh_view_mut with_stride(delmesh_view_mut view) {
+    view.stride = stride_of(as_view(view));
+    return view;
+}
+
 // What is wrong with a view that must have one of `types` and so many components, as the end of a sentence; or nullptr.
 const char* view_problem(const delmesh_view& view, uint32_t types, int32_t components);
 // The same as a status with a sentence.

@@ -25,7 +25,8 @@ public:
         DM_TRY(for_each(0.1, 0.4, mesh_.corners(), [&](int32_t c) { return check_twin(c); }));
         DM_TRY(check_rings());
         DM_TRY(check_fans());
-        return check_maps();
+        DM_TRY(check_maps());
+        return check_corner_maps();
     }
 
 private:
@@ -61,6 +62,35 @@ private:
         DM_HOLDS(mesh_.first_split >= 0 && mesh_.first_split + mesh_.split_map.size() == vertices,
                  "first_split was %d with %lld split vertices of %lld.", mesh_.first_split, LL{mesh_.split_map.size()},
                  LL{vertices});
+        const int64_t edges = mesh_.counts.edges;
+        DM_HOLDS(mesh_.source_verts >= 0 && mesh_.source_corners >= 0 && mesh_.source_faces >= 0 && mesh_.source_edges >= 0,
+                 "The source had less than no vertices, corners, faces or edges.");
+        DM_HOLDS(mesh_.has_map || (mesh_.corner_map.empty() && mesh_.corner_places.empty() && mesh_.edge_source.empty()),
+                 "The mesh had no map, and corners or edges that had a source.");
+        DM_HOLDS(mesh_.corner_places.size() <= INT32_MAX, "corner_places had %lld places.", LL{mesh_.corner_places.size()});
+        DM_HOLDS(fits_or_empty(mesh_.corner_map, corners), "corner_map had %lld corners of %lld.", LL{mesh_.corner_map.size()},
+                 LL{corners});
+        DM_HOLDS(fits_or_empty(mesh_.edge_source, edges), "edge_source had %lld edges of %lld.", LL{mesh_.edge_source.size()},
+                 LL{edges});
+        // The identity needs a source that is as large.
+        DM_HOLDS(!mesh_.vert_source.empty() || mesh_.first_split <= mesh_.source_verts, "Vertex %lld had no source.",
+                 LL{mesh_.source_verts});
+        DM_HOLDS(!mesh_.face_source.empty() || corners / 3 <= mesh_.source_faces, "Face %lld had no source.",
+                 LL{mesh_.source_faces});
+        DM_HOLDS(!mesh_.has_map || !mesh_.corner_map.empty() || corners <= mesh_.source_corners, "Corner %lld had no source.",
+                 LL{mesh_.source_corners});
+        DM_HOLDS(!mesh_.has_map || !mesh_.edge_source.empty() || edges <= mesh_.source_edges, "Edge %lld had no source.",
+                 LL{mesh_.source_edges});
+        for (int64_t i = 0; i < mesh_.layers.size(); ++i) {
+            const MeshLayer& layer = mesh_.layers[i];
+            DM_HOLDS(layer.kind >= DELMESH_LAYER_UV && layer.kind <= DELMESH_LAYER_FACE_SET, "Layer %lld had kind %d.", LL{i},
+                     layer.kind);
+            DM_HOLDS(layer.components >= 1 && layer.components <= 16, "Layer %lld had %d components.", LL{i}, layer.components);
+            DM_HOLDS(layer.borders >= 0 && layer.borders <= edges, "Layer %lld had %lld borders.", LL{i}, LL{layer.borders});
+            DM_HOLDS(layer.first_value == -1 || (layer.first_value >= 0 && layer.first_value <= mesh_.layer_values.size() &&
+                                                 layer.components * corners <= mesh_.layer_values.size() - layer.first_value),
+                     "Layer %lld had its values at %lld of %lld.", LL{i}, LL{layer.first_value}, LL{mesh_.layer_values.size()});
+        }
         DM_HOLDS(mesh_.cut_slots.size() <= INT32_MAX, "cut_slots had %lld slots.", LL{mesh_.cut_slots.size()});
         return DELMESH_OK;
     }
@@ -79,7 +109,8 @@ private:
             DM_HOLDS(is_finite(mesh_.position(v[k])), "Vertex %d of face %d had a NaN or infinite coordinate.", v[k], f);
         }
         DM_HOLDS(v[0] != v[1] && v[1] != v[2] && v[2] != v[0], "Face %d had a vertex twice.", f);
-        DM_HOLDS(mesh_.face_source.empty() || mesh_.face_source[f] >= 0, "Face %d had source %d.", f, mesh_.face_source[f]);
+        DM_HOLDS(mesh_.face_source.empty() || in_range(mesh_.face_source[f], mesh_.source_faces), "Face %d had source %d.", f,
+                 mesh_.face_source[f]);
         return DELMESH_OK;
     }
 
@@ -160,10 +191,11 @@ private:
     Status check_maps() {
         const bool has_source = !mesh_.vert_source.empty(), has_parent = !mesh_.vert_parent.empty(),
                    has_join = !mesh_.vert_join.empty();
-        return for_each(0.9, 1, mesh_.vertices(), [&](int32_t v) -> Status {
+        return for_each(0.9, 0.95, mesh_.vertices(), [&](int32_t v) -> Status {
             if (has_source) {
                 const int32_t source = mesh_.vert_source[v];
-                DM_HOLDS(v < mesh_.first_split ? source >= 0 : source >= -1, "Vertex %d had source %d.", v, source);
+                DM_HOLDS(in_range(source, mesh_.source_verts) || (v >= mesh_.first_split && source == -1),
+                         "Vertex %d had source %d.", v, source);
             }
             DM_HOLDS(!has_parent || mesh_.vert_parent[v] >= -1, "Vertex %d had parent %d.", v, mesh_.vert_parent[v]);
             if (has_join) {
@@ -173,9 +205,34 @@ private:
             }
             if (v < mesh_.first_split) return DELMESH_OK;
             const VertexMap& map = mesh_.split_map[v - mesh_.first_split];
-            DM_HOLDS(map.vert[0] >= 0 && map.vert[1] >= 0 && map.vert[2] >= 0, "Vertex %d lay on a vertex out of range.", v);
+            for (const int32_t source : map.vert)
+                DM_HOLDS(in_range(source, mesh_.source_verts), "Vertex %d lay on a vertex out of range.", v);
             const double sum = map.weight[0] + map.weight[1] + map.weight[2];
             DM_HOLDS(std::abs(sum - 1) < 1e-9, "Vertex %d had weights that did not sum to 1.", v); // false for NaN too
+            return DELMESH_OK;
+        });
+    }
+    static bool in_range(int32_t i, int64_t count) { return i >= 0 && i < count; }
+
+    // corners: on a source corner, or at a place on three of them, with weights that sum to 1; edges: on a source edge or none
+    Status check_corner_maps() {
+        DM_TRY(for_each(0.95, 0.97, mesh_.corner_map.size(), [&](int32_t c) -> Status {
+            const int32_t source = mesh_.corner_map[c];
+            DM_HOLDS(in_range(source, mesh_.source_corners) || in_range(~source, mesh_.corner_places.size()),
+                     "Corner %d had source %d.", c, source);
+            return DELMESH_OK;
+        }));
+        DM_TRY(for_each(0.97, 0.98, mesh_.corner_places.size(), [&](int32_t i) -> Status {
+            const CornerPlace& place = mesh_.corner_places[i];
+            for (const int32_t source : place.corner)
+                DM_HOLDS(in_range(source, mesh_.source_corners), "Place %d was on corner %d.", i, source);
+            const double sum = place.weight[0] + place.weight[1] + place.weight[2];
+            DM_HOLDS(std::abs(sum - 1) <= 1e-12, "Place %d had weights that did not sum to 1.", i); // false for NaN too
+            return DELMESH_OK;
+        }));
+        return for_each(0.98, 1, mesh_.edge_source.size(), [&](int32_t e) -> Status {
+            const int32_t source = mesh_.edge_source[e];
+            DM_HOLDS(source == -1 || in_range(source, mesh_.source_edges), "Edge %d had source %d.", e, source);
             return DELMESH_OK;
         });
     }

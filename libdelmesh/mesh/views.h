@@ -8,6 +8,16 @@
 
 namespace dm {
 
+// The i-th element of a view that api/ found aligned and gave a stride.
+template <class T>
+const T* element(const delmesh_view& view, int64_t i) {
+    return reinterpret_cast<const T*>(static_cast<const char*>(view.data) + i * view.stride);
+}
+template <class T>
+T* element(const delmesh_view_mut& view, int64_t i) {
+    return reinterpret_cast<T*>(static_cast<char*>(view.data) + i * view.stride);
+}
+
 // Runs body(begin, end) over [0, count) in pieces, with a cancellation point before each. from..to: the part of the stage.
 template <class Body>
 Status in_pieces(Context& context, int64_t count, double from, double to, Body&& body) {
@@ -60,6 +70,21 @@ Status with_numbers(const delmesh_view& view, Use&& use) {
         return with_numbers_of<int64_t>(view, use);
     default:
         return with_numbers_of<uint8_t>(view, use);
+    }
+}
+
+// use(T()) with the integer type T of a checked view.
+template <class Use>
+auto with_index_type(int32_t type, Use&& use) {
+    switch (type) {
+    case DELMESH_UINT8:
+        return use(uint8_t());
+    case DELMESH_UINT32:
+        return use(uint32_t());
+    case DELMESH_INT64:
+        return use(int64_t());
+    default:
+        return use(int32_t());
     }
 }
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the elements of a mesh lie on its source: the one reading of the maps that a Mesh holds (docs/attributes.md).
+#pragma once
+
+#include "mesh/mesh.h"
+
+namespace dm {
+
+// Through one of the arrays that are empty for the identity.
+inline int32_t source_of(const Array<int32_t>& sources, int64_t i) {
+    return sources.empty() ? static_cast<int32_t>(i) : sources[i];
+}
+
+inline VertexMap vertex_map(const Mesh& mesh, int32_t v) {
+    if (!mesh.split_map.empty() && v >= mesh.first_split) return mesh.split_map[v - mesh.first_split];
+    const int32_t s = source_of(mesh.vert_source, v);
+    return {{s, s, s}, {1, 0, 0}};
+}
+
+// Only where mesh.has_map.
+inline CornerPlace corner_place(const Mesh& mesh, int32_t c) {
+    const int32_t s = source_of(mesh.corner_map, c);
+    if (s < 0) return mesh.corner_places[~s];
+    return {{s, s, s}, {1, 0, 0}};
+}
+
+// What `out`, which was made from `in`, has for its source.
+inline void set_source_counts(const Mesh& in, Mesh& out) {
+    out.source_verts = in.imported ? in.source_verts : in.vertices();
+    out.source_corners = in.imported ? in.source_corners : in.corners();
+    out.source_faces = in.imported ? in.source_faces : in.faces();
+    out.source_edges = in.imported ? in.source_edges : in.counts.edges;
+}
+
+// Edges are numbered by their first corner.
+inline bool is_first_of_edge(const Mesh& mesh, int32_t c) {
+    const int32_t twin = mesh.corner_twin[c];
+    return twin < 0 || c < twin;
+}
+
+} // namespace dm
