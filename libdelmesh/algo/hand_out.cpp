@@ -265,9 +265,32 @@ Status trace_splits(Context& context, const Mesh& in, const Surface& s, const Nu
     return DELMESH_OK;
 }
 
+// What the map of corners needs to know of the vertices and faces that stay.
+void trace_vertices(const Surface& s, const Numbers& numbers, VertexTraces& traces) {
+    traces.vert.resize_uninitialized(numbers.count);
+    traces.line.reserve(numbers.count - numbers.originals);
+    for (int32_t v = 0; v < s.vertices(); ++v) {
+        if (!numbers.stays(v)) continue;
+        int32_t& trace = traces.vert[numbers.of(v)];
+        if (s.is_original(v)) {
+            trace = s.copied(v);
+            continue;
+        }
+        trace = ~static_cast<int32_t>(traces.line.size());
+        const SplitVertex& split = s.split_vertices[v - s.first_split];
+        const Carrier& line = s.carriers[split.carrier];
+        if (s.is_original(line.a) && s.is_original(line.b))
+            traces.line.push_back({s.copied(line.a), s.copied(line.b), split.t});
+        else
+            traces.line.push_back({-1, -1, 0});
+    }
+    traces.face.copy_from(s.face_src);
+}
+
 } // namespace
 
-Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_remesh_options& options, double reach, Mesh& out) {
+Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_remesh_options& options, double reach,
+                VertexTraces* traces, Mesh& out) {
     Memory& memory = context.memory();
     if (s.dead_faces != 0) DM_TRY(close_up_faces(context, s));
     DM_TRY(context.progress(0.2));
@@ -331,6 +354,7 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
             out.vert_join.push_back(numbers.of(root));
         }
     }
+    if (traces != nullptr) trace_vertices(s, numbers, *traces);
     const bool same_faces = s.faces() == in.faces() && s.dead_faces == 0;
     const bool look_through = in.imported && !in.face_source.empty();
     if (look_through || !same_faces) {

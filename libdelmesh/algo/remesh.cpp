@@ -269,6 +269,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
         std::min(options.max_vertices > 0 ? options.max_vertices : 16 * static_cast<int64_t>(in.vertices()) + 10000, most);
     rules.effort = preserve ? options.effort : 1;
     rules.split_budget = options.split_budget > 0 ? options.split_budget : in.vertices() / 50 + 200;
+    surface.kept_bits = static_cast<EdgeBits>(surface.kept_bits & ~options.release);
     DM_TRY(mark_edges(context, in, surface, options.mode == DELMESH_MODE_FEATURE, options.feature_angle));
     if (face_mask != nullptr) freeze(surface, face_mask);
     report.seconds_repair = watch.lap();
@@ -303,13 +304,19 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     }
     patches.free_storage();
 
-    DM_TRY(context.stage("export", 0.9, 0.95));
+    DM_TRY(context.stage("export", 0.9, options.map != 0 ? 0.93 : 0.95));
     const bool repaired =
         report.collapsed_edges != 0 || report.removed_zero_area_faces != 0 || surface.first_split != surface.first_copy;
     if (scale != 1)
         for (Vec3& x : surface.pos) x = (1 / scale) * x;
-    DM_TRY(hand_out(context, in, surface, options, 16 * rules.resolution / scale, out));
+    const EdgeBits kept = surface.kept_bits;
+    VertexTraces traces(context.memory());
+    DM_TRY(hand_out(context, in, surface, options, 16 * rules.resolution / scale, options.map != 0 ? &traces : nullptr, out));
     DM_TRY(count(context, in, repaired, out));
+    if (options.map != 0) {
+        DM_TRY(context.stage("map", 0.93, 0.95));
+        DM_TRY(map_corners(context, in, kept & kEdgeGiven, traces, out));
+    }
 #if defined(DELMESH_DEBUG_CHECKS)
     DM_TRY(validate_mesh(context, out));
 #endif

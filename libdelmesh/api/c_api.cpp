@@ -4,6 +4,7 @@
 #include "algo/estimate.h"
 #include "algo/measure.h"
 #include "algo/remesh.h"
+#include "algo/surface_map.h"
 #include "api/arrays.h"
 #include "api/findings.h"
 #include "api/guard.h"
@@ -154,7 +155,8 @@ int32_t delmesh_remesh(delmesh_context* context, const delmesh_mesh* in, const d
         DM_TRY(require(c, "in", in));
         DM_TRY(result.check(c));
         DM_TRY(read_options(c, options, checked));
-        return remesh(c, in->mesh, checked, made, result.value);
+        DM_TRY(remesh(c, in->mesh, checked, made, result.value));
+        return name_places(c, in->mesh, made);
     });
 }
 

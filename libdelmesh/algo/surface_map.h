@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the corners and edges of a result lie on the mesh it was made from (docs/attributes.md). Sides of seams are told apart by the
+// connectivity around a vertex, which kept edges divide into the same sectors before and after; distances only decide between
+// places on one side.
+#pragma once
+
+#include "base/context.h"
+#include "mesh/mesh.h"
+
+namespace dm {
+
+// Per vertex, a corner; where the vertex is on the boundary, that with which its fan begins counter-clockwise. -1: unused.
+Status find_first_corners(Context& context, const Mesh& mesh, Array<int32_t>& first);
+
+// The source's surface, cut along its kept edges.
+class Sheets {
+public:
+    Sheets(Memory& memory, const Mesh& source, EdgeBits kept) : in(source), first(memory), kept_(kept) {}
+    Status begin(Context& context) { return find_first_corners(context, in, first); }
+
+    bool is_border(int32_t c) const { // the edge from the corner c on: boundary or kept
+        return in.corner_twin[c] < 0 || (!in.corner_bits.empty() && (in.corner_bits[c] & kept_) != 0);
+    }
+    // The corner of the edge a -> b, or if that is on the boundary the other way, of b -> a; -1: no edge.
+    int32_t find_edge(int32_t a, int32_t b) const;
+
+    struct Place {
+        double distance_squared = HUGE_VAL;
+        int32_t face = -1;
+        double weight[3] = {0, 0, 0};
+        CornerPlace corners() const { return {{3 * face, 3 * face + 1, 3 * face + 2}, {weight[0], weight[1], weight[2]}}; }
+    };
+    // The closest point to x on the faces that can be reached from `face` across edges that are no borders, as long as it gets
+    // closer. Replaces `place` where it is closer than that.
+    void descend(const Vec3& x, int32_t face, Place& place) const;
+
+    const Mesh& in;
+    Array<int32_t> first; // see find_first_corners
+
+private:
+    void look_around(const Vec3& x, int32_t c, Place& place) const; // the faces around the corner's vertex, in its sector
+    EdgeBits kept_;
+};
+
+// What an operation that keeps its input's vertices knows of those of its result.
+struct VertexTraces {
+    explicit VertexTraces(Memory& memory) : vert(memory), line(memory), face(memory) {}
+    struct Line { // from vertex a to b of the source, at a + t (b - a); a < 0: something else
+        int32_t a, b;
+        double t;
+    };
+    Array<int32_t> vert; // per vertex of the result: the vertex of the source that it is; ~i: line[i]
+    Array<Line> line;
+    Array<int32_t> face; // per face of the result: one of the source, not far away, on the same side of all kept edges
+};
+
+// corner_map, corner_places and edge_source of `out`, in numbers of the source mesh's own corners and edges.
+Status map_corners(Context& context, const Mesh& in, EdgeBits kept, const VertexTraces& traces, Mesh& out);
+
+// The same in the numbers of the caller's arrays, where the source was made of these; and how many of them there are.
+Status name_places(Context& context, const Mesh& in, Mesh& out);
+
+} // namespace dm
