@@ -120,7 +120,7 @@ Status Loop::drain() {
             DM_TRY(do_split(e.corner, judgement.verdict));
         if (patches == nullptr && report.unflippable >= rules.split_budget) {
             // Flips and splits could chase each other: from here on it is Algorithm 1, on the surface as it is now.
-            DM_TRY(grow_flat_patches(context, s, 0, own_patches));
+            DM_TRY(grow_flat_patches(context, s, 0, nullptr, own_patches));
             patches = &own_patches;
         }
     }
@@ -247,6 +247,7 @@ Judgement Loop::judge(int32_t c) const {
     if (patches != nullptr) {
         const bool crowded = report.splits > kCrowd * static_cast<int64_t>(s.first_split) + kFewSplits;
         const MovementLimit need{rules.need, rules.need, true};
+        if (rules.texture && !in_need && !patches->together(face_of(c), face_of(t))) return {Verdict::kept, {}};
         free = judge_free_flip(s, *patches, c, in_need || crowded ? need : rules.free_movement, in_need);
         if (!free.allowed()) return {Verdict::kept, {}};
     } else if (rules.min_turn_cosine > -1.5 && !turns_little(p, q, u, v))

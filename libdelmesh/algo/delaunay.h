@@ -21,6 +21,7 @@ struct DelaunayRules {
     int32_t effort = 1; // preserve: 0 is the loop alone; 1 takes needless vertices out; each more is a round of search
     int64_t max_vertices = 0;
     int64_t split_budget = 0; // flip modes: after so many splits of unflippable edges, bent edges are not flipped any more
+    bool texture = false;     // preserve: patches are flat for UV layers too, and outside of them flips would move these
     const uint8_t* nld_marks = nullptr; // what scan_faces finds on the surface, if that is known
 };
 

@@ -179,7 +179,7 @@ void FlatPatches::free_storage() {
     triangles.items.free_storage();
 }
 
-Status grow_flat_patches(Context& context, const Surface& s, double thickness, FlatPatches& out) {
+Status grow_flat_patches(Context& context, const Surface& s, double thickness, AffineLayers* layers, FlatPatches& out) {
     constexpr int64_t kGrain = 8192;
     const int32_t faces = s.faces();
     const int64_t room = faces + s.face_src.room();
@@ -250,6 +250,7 @@ Status grow_flat_patches(Context& context, const Surface& s, double thickness, F
         if ((++done & 0xffff) == 0) DM_TRY(context.progress(static_cast<double>(done) / static_cast<double>(seeds.size())));
         Vec3 n;
         if (!out.is_alone(seed.face) || !unit_normal(seed.face, n)) continue;
+        if (layers != nullptr && !layers->fit(s, seed.face)) continue;
         const int32_t patch = 2 * static_cast<int32_t>(out.planes.end());
         const Vec3& a = s.at(s.vert(3 * seed.face));
         double lowest = 0, highest = 0;
@@ -263,6 +264,7 @@ Status grow_flat_patches(Context& context, const Surface& s, double thickness, F
                 const int32_t g = s.is_boundary(k) ? f : face_of(s.twin(k));
                 double height = 0;
                 if (!out.is_alone(g) || !takes(k, n, a, lowest, highest, height)) continue;
+                if (layers != nullptr && !layers->agrees(s, g)) continue;
                 lowest = std::min(lowest, height);
                 highest = std::max(highest, height);
                 out.face_patch[g] = patch;

@@ -12,6 +12,7 @@
 // that its distance from the input can be measured anew instead of added up: movement.h.
 #pragma once
 
+#include "algo/affine_layers.h"
 #include "mesh/surface.h"
 
 namespace dm {
@@ -106,7 +107,7 @@ public:
     void free_storage();
 
 private:
-    friend Status grow_flat_patches(Context&, const Surface&, double, FlatPatches&);
+    friend Status grow_flat_patches(Context&, const Surface&, double, AffineLayers*, FlatPatches&);
     struct Plane {
         Vec3 normal;      // unit length (zero for a face without area)
         double thickness; // of the slab that holds the patch's faces as given
@@ -194,7 +195,7 @@ private:
 };
 
 // thickness: of the slab, parallel to the seed, that may hold a patch; 0: exactly coplanar neighbours only.
-// Kept edges are not crossed.
-Status grow_flat_patches(Context& context, const Surface& surface, double thickness, FlatPatches& out);
+// Kept edges are not crossed. layers: null, or those whose texture is to lie on a patch as on its seed; the surface is not edited yet.
+Status grow_flat_patches(Context& context, const Surface& surface, double thickness, AffineLayers* layers, FlatPatches& out);
 
 } // namespace dm

@@ -286,7 +286,10 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     FlatPatches patches(context.memory());
     if (preserve) {
         DM_TRY(context.stage("flat patches", 0.1, 0.2));
-        DM_TRY(grow_flat_patches(context, surface, patch_thickness(most_moved, rules.resolution), patches));
+        AffineLayers layers(in, surface.kept_bits);
+        rules.texture = !layers.empty();
+        DM_TRY(grow_flat_patches(context, surface, patch_thickness(most_moved, rules.resolution),
+                                 rules.texture ? &layers : nullptr, patches));
     }
     DM_TRY(context.stage(preserve ? "split" : "flip", 0.2, 0.9));
     const Status status = make_delaunay(context, surface, preserve ? &patches : nullptr, rules, report);

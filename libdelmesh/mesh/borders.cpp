@@ -296,7 +296,9 @@ Status find_borders(Context& context, const MeshInput& input, double from, doubl
     for (int32_t i = 0; i < input.layer_count; ++i) {
         DM_TRY(context.progress(from + (to - from) * i / input.layer_count));
         const delmesh_layer& given = input.layers[i];
-        MeshLayer layer{given.kind, given.values.components, given.affine_tolerance, given.weight, 0, -1};
+        MeshLayer layer{
+            given.kind, given.values.components, given.border == DELMESH_BORDER_KEEP, given.affine_tolerance, given.weight, 0,
+            -1};
         DM_TRY(look_at_layer(context, given, layer, mesh));
         mesh.layers.push_back(layer);
     }

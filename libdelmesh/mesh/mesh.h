@@ -75,6 +75,7 @@ struct CornerPlace {
 // A layer as it was given to mesh_create (docs/attributes.md).
 struct MeshLayer {
     int32_t kind, components;
+    bool keep; // its borders
     double affine_tolerance, weight;
     int64_t borders;     // edges
     int64_t first_value; // of layer_values: of the first corner's first component; -1: not kept
