@@ -1,0 +1,388 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * Layers of the input: which edges are borders, what is kept, and where the corners of a remesh lie on the source. */
+#include "support.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#define COUNT(array) ((int64_t)(sizeof(array) / sizeof *(array)))
+
+static delmesh_view view(const void* data, int64_t count, int32_t type, int32_t components) {
+    const delmesh_view v = {data, count, 0, type, components};
+    return v;
+}
+
+static delmesh_layer layer(int32_t kind, delmesh_view values) {
+    delmesh_layer l;
+    delmesh_layer_init(&l, sizeof l);
+    l.kind = kind;
+    l.values = values;
+    return l;
+}
+
+typedef struct {
+    delmesh_context* context;
+} Fixed;
+
+static int setup(void** state) {
+    static Fixed fixed;
+    assert_int_equal(delmesh_context_create(NULL, &fixed.context), DELMESH_OK);
+    *state = &fixed;
+    return 0;
+}
+static int teardown(void** state) {
+    delmesh_context_destroy(((Fixed*)*state)->context);
+    return 0;
+}
+
+/* A kite in the plane: 0 left, 1 right, 2 far below, 3 far above, cut along 0 1, which is not Delaunay unless the kite is thin.
+ *
+ *        3
+ *      /   \
+ *     0 --- 1
+ *      \   /
+ *        2
+ */
+static const float kWide[] = {-4, 0, 0, 4, 0, 0, 0, -1, 0, 0, 1, 0};
+static const int32_t kKite[] = {0, 1, 3, 1, 0, 2};
+
+static delmesh_mesh_desc kite(const delmesh_layer* layers, int32_t count) {
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = view(kWide, 4, DELMESH_FLOAT32, 3);
+    desc.corner_verts = view(kKite, COUNT(kKite), DELMESH_INT32, 1);
+    desc.layers = layers;
+    desc.layer_count = count;
+    return desc;
+}
+
+static delmesh_mesh* make(delmesh_context* context, const delmesh_mesh_desc* desc) {
+    delmesh_mesh* mesh = NULL;
+    assert_status(delmesh_mesh_create(context, desc, &mesh), context, DELMESH_OK);
+    return mesh;
+}
+
+/* The flags of the edge p q; -1: no edge. */
+static int32_t flags_of(const delmesh_mesh* mesh, int32_t p, int32_t q) {
+    const int64_t edges = info_of(mesh).edges;
+    int32_t verts[64][2], flags[64];
+    assert_true(edges <= 64);
+    const delmesh_view_mut v = {verts, edges, 0, DELMESH_INT32, 2}, f = {flags, edges, 0, DELMESH_INT32, 1};
+    assert_int_equal(delmesh_mesh_read(mesh, DELMESH_EDGE_VERT, &v), DELMESH_OK);
+    assert_int_equal(delmesh_mesh_read(mesh, DELMESH_EDGE_FLAGS, &f), DELMESH_OK);
+    for (int64_t e = 0; e < edges; ++e)
+        if ((verts[e][0] == p && verts[e][1] == q) || (verts[e][0] == q && verts[e][1] == p)) return flags[e];
+    return -1;
+}
+
+static int64_t borders(delmesh_context* context, const delmesh_layer* l, int32_t* flags) {
+    const delmesh_mesh_desc desc = kite(l, 1);
+    delmesh_mesh* mesh = make(context, &desc);
+    int64_t edges = -1;
+    assert_int_equal(delmesh_mesh_layer_borders(mesh, 0, &edges), DELMESH_OK);
+    *flags = flags_of(mesh, 0, 1);
+    delmesh_mesh_destroy(mesh);
+    return edges;
+}
+
+/* Corners 0 and 4 are at vertex 0, 1 and 3 at vertex 1. */
+static void borders_are_where_values_jump(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    int32_t flags;
+    float uv[6][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 0}, {0, 0}, {0, 2}};
+    delmesh_layer l = layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2));
+    assert_int_equal(borders(context, &l, &flags), 0);
+    assert_int_equal(flags, 0);
+    uv[4][1] = -0.0f; /* the same as 0 */
+    assert_int_equal(borders(context, &l, &flags), 0);
+    uv[4][1] = 0.25f;
+    assert_int_equal(borders(context, &l, &flags), 1);
+    assert_int_equal(flags, DELMESH_EDGE_UV);
+    l.tolerance = 0.25;
+    assert_int_equal(borders(context, &l, &flags), 0);
+    l.tolerance = 0.2499;
+    assert_int_equal(borders(context, &l, &flags), 1);
+    l.tolerance = 0;
+    uv[4][1] = NAN; /* is itself, and nothing else */
+    assert_int_equal(borders(context, &l, &flags), 1);
+    uv[0][1] = NAN;
+    assert_int_equal(borders(context, &l, &flags), 0);
+
+    /* Kinds, and what of them is kept. */
+    uint8_t colours[6][4] = {{0}};
+    colours[3][3] = 1;
+    static const int32_t kinds[] = {DELMESH_LAYER_NORMAL, DELMESH_LAYER_COLOR, DELMESH_LAYER_OTHER};
+    static const int32_t bits[] = {DELMESH_EDGE_NORMAL, DELMESH_EDGE_COLOR, DELMESH_EDGE_LAYER};
+    for (int k = 0; k < 3; ++k) {
+        delmesh_layer c = layer(kinds[k], view(colours, 6, DELMESH_UINT8, 4));
+        assert_int_equal(borders(context, &c, &flags), 1);
+        assert_int_equal(flags, k == 2 ? bits[k] : 0);
+        c.border = DELMESH_BORDER_KEEP;
+        assert_int_equal(borders(context, &c, &flags), 1);
+        assert_int_equal(flags, bits[k]);
+        c.border = DELMESH_BORDER_FREE;
+        assert_int_equal(borders(context, &c, &flags), 1);
+        assert_int_equal(flags, 0);
+    }
+    static const uint32_t ids[] = {7, 8}, same[] = {7, 7};
+    delmesh_layer m = layer(DELMESH_LAYER_MATERIAL, view(ids, 2, DELMESH_UINT32, 1));
+    assert_int_equal(borders(context, &m, &flags), 1);
+    assert_int_equal(flags, DELMESH_EDGE_MATERIAL);
+    m.values = view(same, 2, DELMESH_UINT32, 1);
+    assert_int_equal(borders(context, &m, &flags), 0);
+    m = layer(DELMESH_LAYER_FACE_SET, view(ids, 2, DELMESH_UINT32, 1));
+    assert_int_equal(borders(context, &m, &flags), 1);
+    assert_int_equal(flags, DELMESH_EDGE_FACE_SET);
+}
+
+/* A quad has one value at each of its corners, so the diagonal that cuts it is no border, whichever it is; its corners are the
+ * quad's. The second quad is turned over at import. */
+static void corners_of_polygons(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    static const float points[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0, 2, 1, 0, 3, 0, 0, 3, 1, 0};
+    static const int32_t corners[] = {0, 1, 2, 3, 1, 2, 5, 4, 4, 6, 7, 5};
+    static const uint8_t sizes[] = {4, 4, 4};
+    double uv[12][2];
+    for (int c = 0; c < 12; ++c) uv[c][0] = points[3 * corners[c]], uv[c][1] = points[3 * corners[c] + 1];
+    uv[9][0] += 1; /* a corner inside: no border */
+    const delmesh_layer l = layer(DELMESH_LAYER_UV, view(uv, 12, DELMESH_FLOAT64, 2));
+    delmesh_mesh_desc desc = kite(&l, 1);
+    desc.positions = view(points, 8, DELMESH_FLOAT32, 3);
+    desc.corner_verts = view(corners, 12, DELMESH_INT32, 1);
+    desc.face_sizes = view(sizes, 3, DELMESH_UINT8, 1);
+    delmesh_mesh* mesh = make(context, &desc);
+    const delmesh_mesh_info info = info_of(mesh);
+    assert_int_equal(info.reoriented_faces, 2);
+    int64_t edges = -1;
+    assert_int_equal(delmesh_mesh_layer_borders(mesh, 0, &edges), DELMESH_OK);
+    assert_int_equal(edges, 0);
+    int32_t verts[18], map[18][3];
+    double weights[18][3];
+    const delmesh_view_mut v = {verts, 18, 0, DELMESH_INT32, 1}, m = {map, 18, 0, DELMESH_INT32, 3},
+                           w = {weights, 18, 0, DELMESH_FLOAT64, 3};
+    assert_int_equal(delmesh_mesh_read(mesh, DELMESH_CORNER_VERT, &v), DELMESH_OK);
+    assert_int_equal(delmesh_mesh_read(mesh, DELMESH_CORNER_MAP_CORNER, &m), DELMESH_OK);
+    assert_int_equal(delmesh_mesh_read(mesh, DELMESH_CORNER_MAP_WEIGHT, &w), DELMESH_OK);
+    for (int c = 0; c < 18; ++c) {
+        assert_int_equal(corners[map[c][0]], verts[c]);
+        assert_int_equal(map[c][0] / 4, c / 6);
+        assert_true(weights[c][0] == 1 && weights[c][1] == 0 && weights[c][2] == 0);
+    }
+    assert_int_equal(delmesh_mesh_layer_borders(mesh, 1, &edges), DELMESH_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(delmesh_mesh_layer_borders(mesh, -1, &edges), DELMESH_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(delmesh_mesh_layer_borders(mesh, 0, NULL), DELMESH_ERROR_INVALID_ARGUMENT);
+    delmesh_mesh_destroy(mesh);
+}
+
+static void marks_and_numbers_of_edges(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    /* One is no edge of a face, one comes twice, one is left out. */
+    static const int32_t verts[] = {2, 3, 1, 0, 3, 0, 2, 1, 1, 0};
+    static const uint8_t marks[] = {DELMESH_EDGE_SHARP, DELMESH_EDGE_SEAM, 0, DELMESH_EDGE_CREASE + DELMESH_EDGE_MARKED,
+                                    DELMESH_EDGE_SHARP};
+    delmesh_mesh_desc desc = kite(NULL, 0);
+    desc.edge_verts = view(verts, 5, DELMESH_INT32, 2);
+    desc.edge_marks = view(marks, 5, DELMESH_UINT8, 1);
+    delmesh_mesh* mesh = make(context, &desc);
+    assert_int_equal(flags_of(mesh, 0, 1), DELMESH_EDGE_SEAM + DELMESH_EDGE_SHARP);
+    assert_int_equal(flags_of(mesh, 0, 3), DELMESH_EDGE_BOUNDARY);
+    assert_int_equal(flags_of(mesh, 1, 2), DELMESH_EDGE_BOUNDARY + DELMESH_EDGE_CREASE + DELMESH_EDGE_MARKED);
+    int32_t ends[5][2], source[5];
+    const delmesh_view_mut e = {ends, 5, 0, DELMESH_INT32, 2}, s = {source, 5, 0, DELMESH_INT32, 1};
+    assert_int_equal(delmesh_mesh_read(mesh, DELMESH_EDGE_VERT, &e), DELMESH_OK);
+    assert_int_equal(delmesh_mesh_read(mesh, DELMESH_EDGE_SOURCE_EDGE, &s), DELMESH_OK);
+    for (int i = 0; i < 5; ++i) {
+        const int32_t sum = ends[i][0] * ends[i][0] + ends[i][1] * ends[i][1]; /* 1: 0 1; 9: 0 3; 5: 1 2; others: 4, 10 */
+        assert_int_equal(source[i], sum == 1 ? 1 : sum == 9 ? 2 : sum == 5 ? 3 : -1);
+    }
+    /* As a mark of any kind, it holds in every mode; released, it does not. */
+    for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode)
+        for (int released = 0; released < 3; ++released) {
+            delmesh_remesh_options options;
+            delmesh_remesh_options_init(&options, sizeof options);
+            options.mode = mode;
+            options.boundary = DELMESH_BOUNDARY_IGNORE;
+            options.release = released == 0 ? 0 : released == 1 ? DELMESH_EDGE_SEAM : DELMESH_EDGE_SEAM + DELMESH_EDGE_SHARP;
+            delmesh_mesh* out;
+            assert_status(delmesh_remesh(context, mesh, &options, &out, NULL), context, DELMESH_OK);
+            assert_true((info_of(out).vertices == 4) == (released == 2));
+            delmesh_mesh_destroy(out);
+        }
+    delmesh_mesh_destroy(mesh);
+}
+
+static delmesh_mesh* remeshed(delmesh_context* context, const delmesh_mesh* in, int32_t mode) {
+    delmesh_remesh_options options;
+    delmesh_remesh_options_init(&options, sizeof options);
+    options.mode = mode;
+    options.map = 1;
+    options.boundary = DELMESH_BOUNDARY_IGNORE;
+    delmesh_mesh* out;
+    assert_status(delmesh_remesh(context, in, &options, &out, NULL), context, DELMESH_OK);
+    return out;
+}
+
+/* The texture at the corners of a result. */
+static int64_t textured(const delmesh_mesh* out, float (*uv)[2], int32_t* verts, double (*at)[2]) {
+    const int64_t corners = info_of(out).corners;
+    int32_t map[96][3];
+    double weights[96][3];
+    assert_true(corners <= 96);
+    const delmesh_view_mut v = {verts, corners, 0, DELMESH_INT32, 1}, m = {map, corners, 0, DELMESH_INT32, 3},
+                           w = {weights, corners, 0, DELMESH_FLOAT64, 3};
+    assert_int_equal(delmesh_mesh_read(out, DELMESH_CORNER_VERT, &v), DELMESH_OK);
+    assert_int_equal(delmesh_mesh_read(out, DELMESH_CORNER_MAP_CORNER, &m), DELMESH_OK);
+    assert_int_equal(delmesh_mesh_read(out, DELMESH_CORNER_MAP_WEIGHT, &w), DELMESH_OK);
+    for (int64_t c = 0; c < corners; ++c)
+        for (int k = 0; k < 2; ++k)
+            at[c][k] = weights[c][0] * (double)uv[map[c][0]][k] + weights[c][1] * (double)uv[map[c][1]][k] +
+                       weights[c][2] * (double)uv[map[c][2]][k];
+    return corners;
+}
+
+/* Coplanar, so a flip moves no point; but it moves the texture unless that is one affine map. */
+static void textures_lie_still(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    float uv[6][2];
+    for (int c = 0; c < 6; ++c)
+        for (int k = 0; k < 2; ++k) uv[c][k] = kWide[3 * kKite[c] + k];
+    const delmesh_layer l = layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2));
+    int32_t verts[96];
+    double at[96][2];
+    delmesh_mesh_desc desc = kite(&l, 1);
+    delmesh_mesh* mesh = make(context, &desc);
+    delmesh_mesh* out = remeshed(context, mesh, DELMESH_MODE_PRESERVE);
+    assert_int_equal(info_of(out).vertices, 4); /* one affine map: flipped */
+    assert_int_equal(flags_of(out, 0, 1), -1);
+    for (int64_t c = textured(out, uv, verts, at); c-- > 0;)
+        for (int k = 0; k < 2; ++k) assert_true(at[c][k] == (double)kWide[3 * verts[c] + k]);
+    delmesh_mesh_destroy(out);
+    delmesh_mesh_destroy(mesh);
+
+    uv[5][1] -= 1; /* no longer: split where it was, and the texture on the edge stays */
+    mesh = make(context, &desc);
+    out = remeshed(context, mesh, DELMESH_MODE_PRESERVE);
+    assert_true(info_of(out).vertices > 4);
+    assert_int_equal(flags_of(mesh, 0, 1), 0); /* it is no border */
+    for (int64_t c = textured(out, uv, verts, at); c-- > 0;)
+        if (verts[c] >= 4) assert_true(at[c][1] == 0);
+    delmesh_mesh_destroy(out);
+    delmesh_mesh_destroy(mesh);
+    /* A wide tolerance lets it go. */
+    delmesh_layer wide = l;
+    wide.affine_tolerance = 2;
+    desc = kite(&wide, 1);
+    mesh = make(context, &desc);
+    out = remeshed(context, mesh, DELMESH_MODE_PRESERVE);
+    assert_int_equal(info_of(out).vertices, 4);
+    delmesh_mesh_destroy(out);
+    delmesh_mesh_destroy(mesh);
+}
+
+/* Two charts that meet at the edge: what is added there has a place in each. */
+static void sides_of_a_seam(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    float uv[6][2];
+    for (int c = 0; c < 6; ++c) {
+        uv[c][0] = kWide[3 * kKite[c]] + (c < 3 ? 0.0f : 100.0f);
+        uv[c][1] = c < 3 ? 1.0f : 2.0f;
+    }
+    const delmesh_layer l = layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2));
+    const delmesh_mesh_desc desc = kite(&l, 1);
+    delmesh_mesh* mesh = make(context, &desc);
+    for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode) {
+        delmesh_mesh* out = remeshed(context, mesh, mode);
+        const int64_t verts_out = info_of(out).vertices;
+        assert_true(verts_out > 4 && verts_out <= 32);
+        float points[32][3];
+        const delmesh_view_mut p = {points, verts_out, 0, DELMESH_FLOAT32, 3};
+        assert_int_equal(delmesh_mesh_read(out, DELMESH_POSITION, &p), DELMESH_OK);
+        int32_t verts[96];
+        double at[96][2];
+        const int64_t corners = textured(out, uv, verts, at);
+        for (int64_t c = 0; c < corners; ++c) {
+            float y = 0;
+            for (int k = 0; k < 3; ++k) y += points[verts[c / 3 * 3 + k]][1];
+            assert_true(at[c][1] == (y > 0 ? 1 : 2));
+            const double u = (double)points[verts[c]][0] + (y > 0 ? 0 : 100);
+            assert_true(fabs(at[c][0] - u) <= 1e-5);
+        }
+        delmesh_mesh_destroy(out);
+    }
+    delmesh_mesh_destroy(mesh);
+}
+
+static void expect(delmesh_context* context, const delmesh_mesh_desc* desc, int32_t status, const char* sentence) {
+    delmesh_mesh* mesh = (delmesh_mesh*)(uintptr_t)1;
+    assert_int_equal(delmesh_mesh_create(context, desc, &mesh), status);
+    assert_null(mesh);
+    assert_string_equal(delmesh_last_error(context), sentence);
+}
+
+static void wrong_layers(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    float uv[7][2] = {{0}};
+    static const int64_t ids[2] = {1, 2};
+    delmesh_layer l[2] = {layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2)),
+                          layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2))};
+    const delmesh_layer right = l[1];
+    const delmesh_mesh_desc desc = kite(l, 2);
+    l[1].kind = 0;
+    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'kind' was 0, outside 1 to 6.");
+    l[1] = right;
+    l[1].border = 3;
+    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'border' was 3, outside 0 to 2.");
+    l[1] = right;
+    l[1].tolerance = -1;
+    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'tolerance' was -1, outside 0 to inf.");
+    l[1] = right;
+    l[1].struct_size = 4;
+    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT,
+           "The struct_size of 'layers[1]' was 4: its _init function was not called.");
+    l[1] = right;
+    l[1].values.count = 7;
+    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT,
+           "The view 'layers[1].values' had 7 elements, and there were 6 corners.");
+    l[1].values = view(uv, 3, DELMESH_FLOAT32, 4);
+    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The view 'layers[1].values' had 4 components; UV maps have 2 or 3.");
+    l[1] = layer(DELMESH_LAYER_MATERIAL, view(ids, 2, DELMESH_INT64, 1));
+    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT,
+           "The view 'layers[1].values' had a type that is not taken here: type 5, components 1, count 2, stride 0.");
+    delmesh_mesh_desc none = kite(NULL, 1);
+    expect(context, &none, DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'layers' was NULL, and 'layer_count' 1.");
+    none = kite(NULL, 65);
+    expect(context, &none, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'layer_count' was 65, outside 0 to 64.");
+
+    static const int32_t verts[] = {0, 1, 0, 4};
+    static const uint8_t marks[] = {DELMESH_EDGE_BOUNDARY, 0};
+    delmesh_mesh_desc edges = kite(NULL, 0);
+    edges.edge_marks = view(marks, 2, DELMESH_UINT8, 1);
+    expect(context, &edges, DELMESH_ERROR_INVALID_ARGUMENT, "The view 'edge_marks' had 2 elements, and 'edge_verts' 0 edges.");
+    edges.edge_verts = view(verts, 2, DELMESH_INT32, 2);
+    expect(context, &edges, DELMESH_ERROR_INDEX_OUT_OF_RANGE, "edge_verts: edge 1 had vertex 4; there were 4 vertices.");
+    edges.edge_verts = view(verts, 1, DELMESH_INT32, 2);
+    edges.edge_marks.count = 1;
+    expect(context, &edges, DELMESH_ERROR_INVALID_ARGUMENT,
+           "edge_marks: mark 0 was 1, which is no sum of DELMESH_EDGE_MARKED, _SHARP, _SEAM and _CREASE.");
+    delmesh_remesh_options options;
+    delmesh_remesh_options_init(&options, sizeof options);
+    options.release = DELMESH_EDGE_FEATURE;
+    const delmesh_mesh_desc plain = kite(NULL, 0);
+    delmesh_mesh *mesh = make(context, &plain), *out;
+    assert_int_equal(delmesh_remesh(context, mesh, &options, &out, NULL), DELMESH_ERROR_INVALID_ARGUMENT);
+    assert_string_equal(delmesh_last_error(context),
+                        "The option 'release' was 4, which has bits of edges that are not released.");
+    delmesh_mesh_destroy(mesh);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(borders_are_where_values_jump),
+        cmocka_unit_test(corners_of_polygons),
+        cmocka_unit_test(marks_and_numbers_of_edges),
+        cmocka_unit_test(textures_lie_still),
+        cmocka_unit_test(sides_of_a_seam),
+        cmocka_unit_test(wrong_layers),
+    };
+    return cmocka_run_group_tests_name("layers", tests, setup, teardown);
+}
