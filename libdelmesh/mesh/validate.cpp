@@ -73,9 +73,9 @@ private:
         DM_HOLDS(fits_or_empty(mesh_.edge_source, edges), "edge_source had %lld edges of %lld.", LL{mesh_.edge_source.size()},
                  LL{edges});
         // The identity needs a source that is as large.
-        DM_HOLDS(!mesh_.vert_source.empty() || mesh_.first_split <= mesh_.source_verts, "Vertex %lld had no source.",
-                 LL{mesh_.source_verts});
-        DM_HOLDS(!mesh_.face_source.empty() || corners / 3 <= mesh_.source_faces, "Face %lld had no source.",
+        DM_HOLDS(!has_source() || !mesh_.vert_source.empty() || mesh_.first_split <= mesh_.source_verts,
+                 "Vertex %lld had no source.", LL{mesh_.source_verts});
+        DM_HOLDS(!has_source() || !mesh_.face_source.empty() || corners / 3 <= mesh_.source_faces, "Face %lld had no source.",
                  LL{mesh_.source_faces});
         DM_HOLDS(!mesh_.has_map || !mesh_.corner_map.empty() || corners <= mesh_.source_corners, "Corner %lld had no source.",
                  LL{mesh_.source_corners});
@@ -109,7 +109,7 @@ private:
             DM_HOLDS(is_finite(mesh_.position(v[k])), "Vertex %d of face %d had a NaN or infinite coordinate.", v[k], f);
         }
         DM_HOLDS(v[0] != v[1] && v[1] != v[2] && v[2] != v[0], "Face %d had a vertex twice.", f);
-        DM_HOLDS(mesh_.face_source.empty() || in_range(mesh_.face_source[f], mesh_.source_faces), "Face %d had source %d.", f,
+        DM_HOLDS(mesh_.face_source.empty() || is_source_face(mesh_.face_source[f]), "Face %d had source %d.", f,
                  mesh_.face_source[f]);
         return DELMESH_OK;
     }
@@ -194,7 +194,7 @@ private:
         return for_each(0.9, 0.95, mesh_.vertices(), [&](int32_t v) -> Status {
             if (has_source) {
                 const int32_t source = mesh_.vert_source[v];
-                DM_HOLDS(in_range(source, mesh_.source_verts) || (v >= mesh_.first_split && source == -1),
+                DM_HOLDS(is_source_vert(source) || (v >= mesh_.first_split && source == -1),
                          "Vertex %d had source %d.", v, source);
             }
             DM_HOLDS(!has_parent || mesh_.vert_parent[v] >= -1, "Vertex %d had parent %d.", v, mesh_.vert_parent[v]);
@@ -206,13 +206,17 @@ private:
             if (v < mesh_.first_split) return DELMESH_OK;
             const VertexMap& map = mesh_.split_map[v - mesh_.first_split];
             for (const int32_t source : map.vert)
-                DM_HOLDS(in_range(source, mesh_.source_verts), "Vertex %d lay on a vertex out of range.", v);
+                DM_HOLDS(is_source_vert(source), "Vertex %d lay on a vertex out of range.", v);
             const double sum = map.weight[0] + map.weight[1] + map.weight[2];
             DM_HOLDS(std::abs(sum - 1) < 1e-9, "Vertex %d had weights that did not sum to 1.", v); // false for NaN too
             return DELMESH_OK;
         });
     }
     static bool in_range(int32_t i, int64_t count) { return i >= 0 && i < count; }
+    // Meshes that an operation keeps to itself have none whose size they know.
+    bool has_source() const { return mesh_.imported || mesh_.has_map || mesh_.source_verts != 0; }
+    bool is_source_vert(int32_t v) const { return has_source() ? in_range(v, mesh_.source_verts) : v >= 0; }
+    bool is_source_face(int32_t f) const { return has_source() ? in_range(f, mesh_.source_faces) : f >= 0; }
 
     // corners: on a source corner, or at a place on three of them, with weights that sum to 1; edges: on a source edge or none
     Status check_corner_maps() {

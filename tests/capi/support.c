@@ -211,6 +211,16 @@ delmesh_mesh_info info_of(const delmesh_mesh* mesh) {
     return info;
 }
 
+int has_map(const delmesh_mesh* mesh) {
+    const int64_t edges = info_of(mesh).edges;
+    int32_t* numbers = malloc((size_t)edges * sizeof *numbers + 1);
+    const delmesh_view_mut dst = {numbers, edges, 0, DELMESH_INT32, 1};
+    const int32_t status = delmesh_mesh_read(mesh, DELMESH_EDGE_SOURCE_EDGE, &dst);
+    free(numbers);
+    if (status != DELMESH_OK) assert_status(status, NULL, DELMESH_ERROR_INVALID_ARGUMENT);
+    return status == DELMESH_OK;
+}
+
 /* Through _read, not _borrow: a borrow makes derived arrays, which would count as allocations of the mesh. */
 Snapshot take_snapshot(const delmesh_mesh* mesh) {
     const delmesh_mesh_info info = info_of(mesh);
@@ -226,13 +236,17 @@ Snapshot take_snapshot(const delmesh_mesh* mesh) {
         {DELMESH_FACE_SOURCE, info.faces, DELMESH_INT32, 1, 4},
         {DELMESH_VERT_SOURCE, info.vertices, DELMESH_INT32, 1, 4},
         {DELMESH_VERT_JOIN, info.vertices, DELMESH_INT32, 1, 4},
-        {DELMESH_EDGE_FLAGS, info.edges, DELMESH_UINT8, 1, 1},
+        {DELMESH_EDGE_FLAGS, info.edges, DELMESH_INT32, 1, 4},
         {DELMESH_VERT_MAP_VERT, info.vertices, DELMESH_INT32, 3, 12},
         {DELMESH_VERT_MAP_WEIGHT, info.vertices, DELMESH_FLOAT64, 3, 24},
         {DELMESH_CORNER_TWIN, info.corners, DELMESH_INT32, 1, 4},
         {DELMESH_VERT_PARENT, info.vertices, DELMESH_INT32, 1, 4},
+        {DELMESH_EDGE_SOURCE_EDGE, info.edges, DELMESH_INT32, 1, 4}, /* from here on only of meshes with a map */
+        {DELMESH_CORNER_MAP_CORNER, info.corners, DELMESH_INT32, 3, 12},
+        {DELMESH_CORNER_MAP_WEIGHT, info.corners, DELMESH_FLOAT64, 3, 24},
     };
-    const size_t kinds = sizeof arrays / sizeof *arrays;
+    size_t kinds = sizeof arrays / sizeof *arrays;
+    if (!has_map(mesh)) kinds -= 3;
     Snapshot snapshot = {NULL, sizeof info};
     for (size_t i = 0; i < kinds; ++i) snapshot.size += (size_t)(arrays[i].count * arrays[i].bytes);
     snapshot.bytes = malloc(snapshot.size);

@@ -68,6 +68,7 @@ void assert_same_snapshot(Snapshot a, Snapshot b);
 void* exactly(size_t bytes);
 
 delmesh_mesh_info info_of(const delmesh_mesh* mesh);
+int has_map(const delmesh_mesh* mesh); /* of corners and edges: from mesh_create, or made with the option */
 #define assert_status(status, context, expected) assert_status_at(status, context, expected, __FILE__, __LINE__)
 void assert_status_at(int32_t status, const delmesh_context* context, int32_t expected, const char* file, int line);
 

@@ -300,7 +300,7 @@ static void an_empty_mesh_is_a_mesh(void** state) {
     desc.corner_verts = (delmesh_view){NULL, 0, 0, DELMESH_INT32, 1};
     delmesh_mesh* mesh = make(&desc);
     assert_int_equal(info_of(mesh).vertices + info_of(mesh).faces + info_of(mesh).edges, 0);
-    for (int32_t what = DELMESH_POSITION; what <= DELMESH_CORNER_TWIN; ++what) {
+    for (int32_t what = DELMESH_POSITION; what <= DELMESH_EDGE_SOURCE_EDGE; ++what) {
         delmesh_view view;
         assert_status(delmesh_mesh_borrow(mesh, what, &view), NULL, DELMESH_OK);
         assert_int_equal(view.count, 0);
@@ -472,8 +472,9 @@ static void every_array_of_a_quad(void** state) {
     delmesh_mesh* mesh = make(&desc);
 
     static const int64_t edge_vert[10] = {0, 1, 1, 2, 2, 0, 1, 3, 3, 2}, corner_edge[6] = {0, 1, 2, 3, 4, 1},
-                         corner_twin[6] = {-1, 5, -1, -1, -1, 1}, face_source[2] = {0, 1}, identity[4] = {0, 1, 2, 3},
-                         map_vert[12] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3}, corner_vert[6] = {0, 1, 2, 1, 3, 2};
+                         corner_twin[6] = {-1, 5, -1, -1, -1, 1}, face_source[2] = {0, 1}, identity[5] = {0, 1, 2, 3, 4},
+                         map_vert[12] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3}, corner_vert[6] = {0, 1, 2, 1, 3, 2},
+                         map_corner[18] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5};
     static const struct {
         int32_t what;
         const int64_t* values;
@@ -485,12 +486,13 @@ static void every_array_of_a_quad(void** state) {
         {DELMESH_CORNER_EDGE, corner_edge, 6, 1, 1}, {DELMESH_FACE_SOURCE, face_source, 2, 1, 0},
         {DELMESH_VERT_SOURCE, identity, 4, 1, 0},    {DELMESH_VERT_JOIN, identity, 4, 1, 0},
         {DELMESH_VERT_MAP_VERT, map_vert, 4, 3, 0},  {DELMESH_CORNER_TWIN, corner_twin, 6, 1, 1},
+        {DELMESH_EDGE_SOURCE_EDGE, identity, 5, 1, 0}, {DELMESH_CORNER_MAP_CORNER, map_corner, 6, 3, 0},
     };
     for (size_t a = 0; a < sizeof arrays / sizeof *arrays; ++a) {
         const int64_t numbers = arrays[a].count * arrays[a].components;
-        int32_t i32[12];
-        uint32_t u32[12];
-        int64_t i64[12], strided[12][2];
+        int32_t i32[18];
+        uint32_t u32[18];
+        int64_t i64[18], strided[12][2];
         memset(strided, 0x11, sizeof strided);
         const delmesh_view_mut views[] = {{i32, arrays[a].count, 0, DELMESH_INT32, arrays[a].components},
                                           {i64, arrays[a].count, 0, DELMESH_INT64, arrays[a].components},
@@ -540,24 +542,79 @@ static void every_array_of_a_quad(void** state) {
     assert_status(delmesh_mesh_read(mesh, DELMESH_EDGE_FLAGS, &view8), NULL, DELMESH_OK);
     assert_status(delmesh_mesh_read(mesh, DELMESH_EDGE_FLAGS, &view32), NULL, DELMESH_OK);
     assert_status(delmesh_mesh_borrow(mesh, DELMESH_EDGE_FLAGS, &lent), NULL, DELMESH_OK);
-    assert_int_equal(lent.type, DELMESH_UINT8);
+    assert_int_equal(lent.type, DELMESH_INT32);
     for (int e = 0; e < 5; ++e) {
         const uint8_t expected = edge_flags[e];
         assert_int_equal(flags8[e] & ~DELMESH_EDGE_SOURCE, expected);
         assert_int_equal(flags32[e], flags8[e]);
-        assert_int_equal(((const uint8_t*)lent.data)[e], flags8[e]);
+        assert_int_equal(((const int32_t*)lent.data)[e], flags8[e]);
     }
 
-    double weights[4][3];
+    double weights[6][3];
     float weights32[4][3];
     const delmesh_view_mut view64 = {weights, 4, 0, DELMESH_FLOAT64, 3}, viewf = {weights32, 4, 0, DELMESH_FLOAT32, 3};
     assert_status(delmesh_mesh_read(mesh, DELMESH_VERT_MAP_WEIGHT, &view64), NULL, DELMESH_OK);
     assert_status(delmesh_mesh_read(mesh, DELMESH_VERT_MAP_WEIGHT, &viewf), NULL, DELMESH_OK);
     assert_status(delmesh_mesh_borrow(mesh, DELMESH_VERT_MAP_WEIGHT, &lent), NULL, DELMESH_OK);
-    assert_memory_equal(lent.data, weights, sizeof weights);
+    assert_memory_equal(lent.data, weights, 4 * sizeof *weights);
     for (int v = 0; v < 4; ++v)
         assert_true(weights[v][0] == 1 && weights[v][1] == 0 && weights[v][2] == 0 && weights32[v][0] == 1);
+    const delmesh_view_mut of_corners = {weights, 6, 0, DELMESH_FLOAT64, 3};
+    memset(weights, 0x33, sizeof weights);
+    assert_status(delmesh_mesh_read(mesh, DELMESH_CORNER_MAP_WEIGHT, &of_corners), NULL, DELMESH_OK);
+    assert_status(delmesh_mesh_borrow(mesh, DELMESH_CORNER_MAP_WEIGHT, &lent), NULL, DELMESH_OK);
+    assert_memory_equal(lent.data, weights, sizeof weights);
+    for (int c = 0; c < 6; ++c) assert_true(weights[c][0] == 1 && weights[c][1] == 0 && weights[c][2] == 0);
     delmesh_mesh_destroy(mesh);
+}
+
+/* Flags past the first eight bits do not fit a uint8, and are not cut off. A result without a map has none to read. */
+static void wide_flags_and_missing_maps(void** state) {
+    (void)state;
+    static const float p[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+    static const int32_t corners[6] = {0, 1, 2, 1, 3, 2}, materials[2] = {5, 6};
+    static const int32_t edges[5][2] = {{3, 1}, {0, 1}, {3, 0}, {2, 0}, {1, 2}};
+    delmesh_layer layer;
+    delmesh_layer_init(&layer, sizeof layer);
+    layer.kind = DELMESH_LAYER_MATERIAL;
+    layer.values = (delmesh_view){materials, 2, 0, DELMESH_INT32, 1};
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = (delmesh_view){p, 4, 0, DELMESH_FLOAT32, 3};
+    desc.corner_verts = (delmesh_view){corners, 6, 0, DELMESH_INT32, 1};
+    desc.layers = &layer;
+    desc.layer_count = 1;
+    uint8_t flags8[5] = {77};
+    int32_t flags32[5], source[5];
+    uint32_t unsigned_source[5];
+    const delmesh_view_mut view8 = {flags8, 5, 0, DELMESH_UINT8, 1}, view32 = {flags32, 5, 0, DELMESH_INT32, 1},
+                           sources = {source, 5, 0, DELMESH_INT32, 1}, without_sign = {unsigned_source, 5, 0, DELMESH_UINT32, 1};
+    delmesh_mesh* mesh = make(&desc);
+    assert_status(delmesh_mesh_read(mesh, DELMESH_EDGE_FLAGS, &view8), NULL, DELMESH_ERROR_TOO_LARGE);
+    assert_int_equal(flags8[0], 77);
+    assert_status(delmesh_mesh_read(mesh, DELMESH_EDGE_FLAGS, &view32), NULL, DELMESH_OK);
+    for (int e = 0; e < 5; ++e) assert_int_equal(flags32[e] & DELMESH_EDGE_MATERIAL, e == 1 ? DELMESH_EDGE_MATERIAL : 0);
+    delmesh_mesh *flipped = NULL, *numbered = NULL;
+    delmesh_remesh_options options;
+    delmesh_remesh_options_init(&options, sizeof options);
+    options.mode = DELMESH_MODE_FLIP;
+    assert_status(delmesh_remesh(context, mesh, &options, &flipped, NULL), context, DELMESH_OK);
+    delmesh_view lent;
+    for (int32_t what = DELMESH_CORNER_MAP_CORNER; what <= DELMESH_EDGE_SOURCE_EDGE; ++what)
+        assert_status(delmesh_mesh_borrow(flipped, what, &lent), NULL, DELMESH_ERROR_INVALID_ARGUMENT);
+    delmesh_mesh_destroy(flipped);
+    delmesh_mesh_destroy(mesh);
+
+    /* The caller's own numbers, in his order; 3 2 is none of his. */
+    desc.edge_verts = (delmesh_view){edges, 5, 0, DELMESH_INT32, 2};
+    desc.layer_count = 0;
+    numbered = make(&desc);
+    assert_status(delmesh_mesh_read(numbered, DELMESH_EDGE_SOURCE_EDGE, &sources), NULL, DELMESH_OK);
+    static const int32_t expected[5] = {1, 4, 3, 0, -1};
+    assert_memory_equal(source, expected, sizeof expected);
+    assert_status(delmesh_mesh_read(numbered, DELMESH_EDGE_SOURCE_EDGE, &without_sign), NULL, DELMESH_ERROR_TOO_LARGE);
+    assert_status(delmesh_mesh_validate(context, numbered), context, DELMESH_OK);
+    delmesh_mesh_destroy(numbered);
 }
 
 static void bad_reads(void** state) {
@@ -571,7 +628,7 @@ static void bad_reads(void** state) {
         delmesh_view_mut view;
     } bad[] = {
         {0, good},
-        {DELMESH_CORNER_TWIN + 1, good},
+        {DELMESH_EDGE_SOURCE_EDGE + 1, good},
         {-1, good},
         {INT32_MAX, good},
         {DELMESH_POSITION, {NULL, 4, 0, DELMESH_FLOAT64, 3}},
@@ -636,7 +693,7 @@ int main(void) {
         cmocka_unit_test(repairs_are_counted),          cmocka_unit_test(weld_joins_equal_positions),
         cmocka_unit_test(an_empty_mesh_is_a_mesh),      cmocka_unit_test(bad_views),
         cmocka_unit_test(bad_contents),                 cmocka_unit_test(descriptions_of_every_age),
-        cmocka_unit_test(every_array_of_a_quad),        cmocka_unit_test(bad_reads),
+        cmocka_unit_test(every_array_of_a_quad),        cmocka_unit_test(wide_flags_and_missing_maps), cmocka_unit_test(bad_reads),
         cmocka_unit_test(a_mesh_outlives_its_context),
     };
     return cmocka_run_group_tests_name("mesh", tests, set_up, tear_down);

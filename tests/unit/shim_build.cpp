@@ -156,6 +156,53 @@ void shim_mesh_shorten(shim_mesh* m, int32_t array) {
     }
 }
 
+void shim_mesh_set_map(shim_mesh* m, int32_t field, int64_t i, double value) {
+    Mesh& a = m->mesh;
+    const auto identity = [](Array<int32_t>& array, int64_t size) {
+        for (int64_t k = 0; array.size() < size; ++k) array.push_back(static_cast<int32_t>(k));
+    };
+    if (a.corner_places.empty()) a.corner_places.assign(2, {{0, 1, 2}, {0.5, 0.5, 0}});
+    if (a.layers.empty()) {
+        a.layers.push_back({DELMESH_LAYER_UV, 2, 0, 0, 0, 0});
+        a.layer_values.assign(2 * a.corners(), 0);
+    }
+    identity(a.corner_map, a.corners());
+    identity(a.edge_source, a.counts.edges);
+    const auto number = static_cast<int32_t>(value);
+    switch (field) {
+    case SHIM_SOURCE_CORNERS:
+        a.source_corners = number;
+        break;
+    case SHIM_SOURCE_EDGES:
+        a.source_edges = number;
+        break;
+    case SHIM_CORNER_MAP:
+        a.corner_map[i] = number;
+        break;
+    case SHIM_PLACE_CORNER:
+        a.corner_places[i / 3].corner[i % 3] = number;
+        break;
+    case SHIM_PLACE_WEIGHT:
+        a.corner_places[i / 3].weight[i % 3] = value;
+        break;
+    case SHIM_EDGE_SOURCE:
+        a.edge_source[i] = number;
+        break;
+    case SHIM_LAYER_KIND:
+        a.layers[i].kind = number;
+        break;
+    case SHIM_LAYER_COMPONENTS:
+        a.layers[i].components = number;
+        break;
+    case SHIM_LAYER_FIRST:
+        a.layers[i].first_value = number;
+        break;
+    default:
+        a.has_map = value != 0;
+        break;
+    }
+}
+
 void shim_mesh_set_split(shim_mesh* m, int32_t vert, double weight0, double weight1, double weight2) {
     Mesh& a = m->mesh;
     a.first_split = a.vertex_count - 1;

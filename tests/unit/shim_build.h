@@ -45,6 +45,20 @@ void shim_mesh_set(shim_mesh* mesh, int32_t field, int32_t value);
 void shim_mesh_shorten(shim_mesh* mesh, int32_t array);
 /* vert_parent becomes `count` numbers: 0, 0, ... and last `parent`. */
 void shim_mesh_set_parents(shim_mesh* mesh, int32_t count, int32_t parent);
+/* One number of the maps: element i of the field becomes `value`. Fields that are empty get all their elements first: */
+enum {
+    SHIM_SOURCE_CORNERS,  /* (i is not looked at) */
+    SHIM_SOURCE_EDGES,    /* (nor here) */
+    SHIM_CORNER_MAP,
+    SHIM_PLACE_CORNER,    /* two places on corners 0 1 2 with weights 0.5 0.5 0 */
+    SHIM_PLACE_WEIGHT,    /* the same; i counts through both */
+    SHIM_EDGE_SOURCE,     /* the identity */
+    SHIM_LAYER_KIND,      /* one UV layer with two components, all values 0 */
+    SHIM_LAYER_COMPONENTS,
+    SHIM_LAYER_FIRST,
+    SHIM_HAS_MAP
+};
+void shim_mesh_set_map(shim_mesh* mesh, int32_t field, int64_t i, double value);
 /* Declares the last vertex a split vertex on (vert, vert, vert) with these weights. */
 void shim_mesh_set_split(shim_mesh* mesh, int32_t vert, double weight0, double weight1, double weight2);
 

@@ -170,6 +170,48 @@ static void test_maps(void** state) {
     expect_broken(m, "Vertex 10 had weights that did not sum to 1.");
 }
 
+static void test_corner_maps(void** state) {
+    (void)state;
+    static const struct {
+        int32_t field;
+        int64_t i;
+        double value;
+        const char* sentence; /* NULL: all is well */
+    } cases[] = {
+        {SHIM_CORNER_MAP, 4, 9, NULL},
+        {SHIM_CORNER_MAP, 4, -2, NULL}, /* place 1 */
+        {SHIM_CORNER_MAP, 4, -3, "Corner 4 had source -3."},
+        {SHIM_CORNER_MAP, 4, 10, "Corner 4 had source 10."},
+        {SHIM_PLACE_CORNER, 4, 9, NULL},
+        {SHIM_PLACE_CORNER, 4, 10, "Place 1 was on corner 10."},
+        {SHIM_PLACE_CORNER, 0, -1, "Place 0 was on corner -1."},
+        {SHIM_PLACE_WEIGHT, 3, 0.5 + 5e-13, NULL},
+        {SHIM_PLACE_WEIGHT, 3, 0.5 + 5e-12, "Place 1 had weights that did not sum to 1."},
+        {SHIM_PLACE_WEIGHT, 0, NAN, "Place 0 had weights that did not sum to 1."},
+        {SHIM_PLACE_WEIGHT, 1, INFINITY, "Place 0 had weights that did not sum to 1."},
+        {SHIM_EDGE_SOURCE, 2, -1, NULL},
+        {SHIM_EDGE_SOURCE, 2, -2, "Edge 2 had source -2."},
+        {SHIM_EDGE_SOURCE, 2, 11, "Edge 2 had source 11."},
+        {SHIM_SOURCE_CORNERS, 0, -1, "The source had less than no vertices, corners, faces or edges."},
+        {SHIM_SOURCE_EDGES, 0, 10, "Edge 10 had source 10."},
+        {SHIM_LAYER_KIND, 0, 0, "Layer 0 had kind 0."},
+        {SHIM_LAYER_COMPONENTS, 0, 17, "Layer 0 had 17 components."},
+        {SHIM_LAYER_FIRST, 0, 1, "Layer 0 had its values at 1 of 24."},
+        {SHIM_LAYER_FIRST, 0, -1, NULL},
+        {SHIM_HAS_MAP, 0, 0, "The mesh had no map, and corners or edges that had a source."},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        shim_mesh* const m = make();
+        shim_mesh_set_map(m, cases[i].field, cases[i].i, cases[i].value);
+        if (cases[i].sentence != NULL) {
+            expect_broken(m, cases[i].sentence);
+        } else {
+            if (shim_mesh_validate(m) != DELMESH_OK) fail_msg("case %d: %s", (int)i, shim_mesh_error(m));
+            shim_mesh_free(m);
+        }
+    }
+}
+
 /* Random numbers in random places: any answer will do, as long as there is one. */
 static void test_garbage(void** state) {
     (void)state;
@@ -209,6 +251,7 @@ int main(void) {
         cmocka_unit_test(test_rings),
         cmocka_unit_test(test_fans),
         cmocka_unit_test(test_maps),
+        cmocka_unit_test(test_corner_maps),
         cmocka_unit_test(test_garbage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
