@@ -133,17 +133,21 @@ double scale_to_one(double size) {
 }
 
 template <class T>
-double direction_scale(const double* sums, int64_t components) {
+double direction_scale(double* sums, int64_t components) {
     double largest = 0, squares = 0;
     for (int64_t k = 0; k < components; ++k) {
         largest = std::max(largest, std::abs(sums[k]));
         squares += sums[k] * sums[k];
     }
-    if (largest == 0) return 1; // 0 stays 0, and a NaN spoils nothing but itself
+    if (largest == 0 || !std::isfinite(largest)) return 1; // 0 stays 0
     if (squares > 1e-280 && squares < 1e280) return scale_to_one<T>(std::sqrt(squares));
-    squares = 0; // out of range, or nearly
-    for (int64_t k = 0; k < components; ++k) squares += sums[k] / largest * (sums[k] / largest);
-    return 1 / std::sqrt(squares) / largest;
+    const int exponent = std::ilogb(largest); // squares out of range, or nearly
+    squares = 0;
+    for (int64_t k = 0; k < components; ++k) {
+        sums[k] = std::ldexp(sums[k], -exponent);
+        squares += sums[k] * sums[k];
+    }
+    return 1 / std::sqrt(squares);
 }
 
 template <class T>

@@ -293,7 +293,7 @@ void fixture_free(Fixture* fixture) {
 
 const char* const operation_names[OPERATIONS] = {"create",  "create welded", "create polygons", "preserve", "flip",
                                                  "feature", "certify",       "quality",         "distance", "estimate",
-                                                 "decimate", "family",        "validate"};
+                                                 "decimate", "family",        "transfer", "validate"};
 
 static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld, delmesh_mesh** out) {
     delmesh_mesh_desc desc = shape_desc(shape);
@@ -388,6 +388,38 @@ static int32_t family(delmesh_context* context, const Shape* shape, const delmes
     return status;
 }
 
+/* A layer and sparse rows through the maps of an imported mesh. What is refused writes nothing, but for a cancel. */
+static int32_t transfer(delmesh_context* context, const Shape* shape, const delmesh_mesh* mesh) {
+    const int64_t verts = info_of(mesh).vertices;
+    int64_t* offsets = malloc((size_t)(shape->verts + 1) * sizeof *offsets);
+    int32_t* indices = malloc((size_t)shape->verts * 2 * sizeof *indices);
+    float* values = malloc((size_t)shape->verts * 2 * sizeof *values);
+    for (int32_t v = 0; v <= shape->verts; ++v) offsets[v] = 2 * v;
+    for (int32_t k = 0; k < 2 * shape->verts; ++k) indices[k] = (k * 5) % 7, values[k] = 0.5f;
+    int32_t* bones = malloc((size_t)verts * 2 * sizeof *bones);
+    float* weights = malloc((size_t)verts * 2 * sizeof *weights);
+    int64_t* ends = malloc((size_t)(verts + 1) * sizeof *ends);
+    double* places = malloc((size_t)verts * 3 * sizeof *places);
+    memset(ends, 0x77, (size_t)(verts + 1) * sizeof *ends);
+    const delmesh_view layer = {shape->positions, shape->verts, 0, DELMESH_FLOAT64, 3};
+    const delmesh_view_mut into = {places, verts, 0, DELMESH_FLOAT64, 3};
+    const delmesh_rows rows = {{offsets, shape->verts + 1, 0, DELMESH_INT64, 1},
+                               {indices, 2 * (int64_t)shape->verts, 0, DELMESH_INT32, 1},
+                               {values, 2 * (int64_t)shape->verts, 0, DELMESH_FLOAT32, 1}};
+    const delmesh_rows_mut target = {{ends, verts + 1, 0, DELMESH_INT64, 1},
+                                     {bones, 2 * verts, 0, DELMESH_INT32, 1},
+                                     {weights, 2 * verts, 0, DELMESH_FLOAT32, 1}};
+    int32_t status = delmesh_transfer_sparse(context, mesh, &rows, 2, 1, &target);
+    if (status == DELMESH_OK)
+        assert_int_equal(ends[verts], 2 * verts);
+    else if (status != DELMESH_ERROR_CANCELLED)
+        for (int64_t v = 0; v <= verts; ++v) assert_int_equal(ends[v], 0x7777777777777777);
+    if (status == DELMESH_OK) status = delmesh_transfer(context, mesh, DELMESH_DOMAIN_VERTEX, DELMESH_TRANSFER_LINEAR, &layer, &into);
+    if (status == DELMESH_OK) assert_memory_equal(places, shape->positions, (size_t)shape->verts * 24);
+    free(offsets), free(indices), free(values), free(bones), free(weights), free(ends), free(places);
+    return status;
+}
+
 int32_t run_operation(int operation, delmesh_context* context, const Fixture* fixture, delmesh_mesh** out) {
     *out = NULL;
     switch (operation) {
@@ -418,6 +450,7 @@ int32_t run_operation(int operation, delmesh_context* context, const Fixture* fi
     }
     case 10: return decimate(context, fixture->sheet_mesh, out);
     case 11: return family(context, &fixture->sheet, fixture->sheet_mesh, out);
+    case 12: return transfer(context, &fixture->sheet, fixture->sheet_mesh);
     default: return delmesh_mesh_validate(context, fixture->sheet_mesh);
     }
 }

@@ -79,6 +79,38 @@ void round_trip() {
     EXPECT(estimate.exact == 1 && estimate.nld_edges == 0 && estimate.vertices_out == estimate.vertices_in);
 }
 
+void layers() {
+    delmesh::Context context;
+    const std::vector<int32_t> materials = {4, 5};
+    delmesh::Layer layer;
+    layer.kind = DELMESH_LAYER_MATERIAL;
+    layer.values = delmesh::view(materials);
+    delmesh::MeshDesc desc;
+    desc.positions = delmesh::view(kPositions, 3);
+    desc.corner_verts = delmesh::view(kCorners);
+    desc.layers = &layer;
+    desc.layer_count = 1;
+    const delmesh::Mesh mesh = context.create(desc);
+    EXPECT(mesh.layer_borders(0) == 1);
+    thrown_by<delmesh::Error>([&] { mesh.layer_borders(1); });
+    EXPECT(mesh.read<int32_t>(DELMESH_CORNER_MAP_CORNER).size() == 18);
+    EXPECT(mesh.read<double>(DELMESH_CORNER_MAP_WEIGHT).size() == 18);
+    EXPECT(mesh.read<int32_t>(DELMESH_EDGE_SOURCE_EDGE) == (std::vector<int32_t>{0, 1, 2, 3, 4}));
+    EXPECT(context.transfer(mesh, DELMESH_DOMAIN_FACE, DELMESH_TRANSFER_NEAREST, materials) == materials);
+    EXPECT(context.transfer(mesh, DELMESH_DOMAIN_VERTEX, DELMESH_TRANSFER_LINEAR, kPositions, 3) == kPositions);
+    const std::vector<float> uvs(12, 0.25f);
+    EXPECT(context.transfer(mesh, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, uvs, 2) == uvs);
+    thrown_by<delmesh::Error>([&] { context.transfer(mesh, DELMESH_DOMAIN_EDGE, DELMESH_TRANSFER_LINEAR, uvs); });
+    delmesh::Rows<float> rows;
+    rows.offsets = {0, 2, 2, 3, 3};
+    rows.indices = {7, 1, 4};
+    rows.values = {0.75f, 0.25f, 1};
+    const delmesh::Rows<float> all = context.transfer_sparse(mesh, rows, 4, 1), one = context.transfer_sparse(mesh, rows, 1, 1);
+    EXPECT(all.offsets == rows.offsets && all.indices == (std::vector<int32_t>{1, 7, 4}) &&
+           all.values == (std::vector<float>{0.25f, 0.75f, 1}));
+    EXPECT(one.indices == (std::vector<int32_t>{7, 4}) && one.values == (std::vector<float>{1, 1}));
+}
+
 void errors() {
     delmesh::Context context;
     const auto missing = thrown_by<delmesh::Error>([&] { context.create(kPositions, std::vector<int32_t>{0, 1, 7}); });
@@ -137,6 +169,7 @@ void throwing_c_callback() {
 
 int main() {
     round_trip();
+    layers();
     errors();
     progress();
     throwing_c_callback();
