@@ -64,7 +64,8 @@ static void out_of_memory_at_every_allocation(void** state) {
         world.host.fail_at = 0;
         assert_true(run(&world, op, DELMESH_OK));
         print_message("    %-15s %lld allocations\n", operation_names[op], (long long)(k - 1));
-        assert_true(k > 1 || op == OPERATIONS - 1); /* only validation might do without memory */
+        /* Only validation and the gathering of a layer might do without memory. */
+        assert_true(k > 1 || op == OPERATIONS - 1 || strcmp(operation_names[op], "transfer") == 0);
     }
     world_free(&world);
 }

@@ -163,7 +163,7 @@ void shim_mesh_set_map(shim_mesh* m, int32_t field, int64_t i, double value) {
     };
     if (a.corner_places.empty()) a.corner_places.assign(2, {{0, 1, 2}, {0.5, 0.5, 0}});
     if (a.layers.empty()) {
-        a.layers.push_back({DELMESH_LAYER_UV, 2, 0, 0, 0, 0});
+        a.layers.push_back({DELMESH_LAYER_UV, 2, true, 0, 0, 0, 0});
         a.layer_values.assign(2 * a.corners(), 0);
     }
     identity(a.corner_map, a.corners());
