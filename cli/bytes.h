@@ -39,6 +39,10 @@ static inline double bytes_f64(const char* p, ByteOrder order) {
     return value;
 }
 
+static inline void bytes_put_u16(char* p, uint32_t bits, ByteOrder order) {
+    for (int i = 0; i < 2; ++i) p[i] = (char)(bits >> (order == kLittleEndian ? 8 * i : 8 - 8 * i));
+}
+
 static inline void bytes_put_u32(char* p, uint32_t bits, ByteOrder order) {
     for (int i = 0; i < 4; ++i) p[i] = (char)(bits >> (order == kLittleEndian ? 8 * i : 24 - 8 * i));
 }

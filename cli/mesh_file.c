@@ -56,6 +56,14 @@ static MeshFormat choose_format(const char* path, const Text* text) {
     return text_skip_space(&word, 0) && text_take_word(&word, "solid") ? kFormatStl : kFormatUnknown;
 }
 
+/* Elements that the file said nothing about. */
+static bool finish_layers(MeshFile* mesh, Failure* failure) {
+    const int64_t counts[] = {mesh->vertex_count, mesh->corner_count, mesh->face_count};
+    for (int32_t i = 0; i < mesh->layers.count; ++i)
+        if (!layer_extend(&mesh->layers.items[i], counts[mesh->layers.items[i].domain])) return fail_memory(failure);
+    return true;
+}
+
 bool mesh_file_parse(const char* path, const char* data, size_t size, bool merge_points, MeshFile* out, Failure* failure) {
     memset(out, 0, sizeof *out);
     out->precision = DELMESH_FLOAT64;
@@ -97,6 +105,7 @@ bool mesh_file_parse(const char* path, const char* data, size_t size, bool merge
         ok = fail_with(failure, kStatusRead, "%s %lld: a face refers to vertex %lld, but the file has %lld (counting from %d)",
                        reader.binary ? "byte" : "line", (long long)reader.largest_index_place,
                        (long long)reader.largest_index + reader.first_index, (long long)out->vertex_count, reader.first_index);
+    ok = ok && finish_layers(out, failure);
     if (!ok) mesh_file_free(out);
     return ok;
 }
@@ -115,6 +124,9 @@ void mesh_file_free(MeshFile* mesh) {
     free(mesh->positions);
     free(mesh->corner_verts);
     free(mesh->face_sizes);
+    layers_free(&mesh->layers);
+    names_free(&mesh->libraries);
+    names_free(&mesh->left_out);
     memset(mesh, 0, sizeof *mesh);
 }
 
@@ -126,6 +138,17 @@ bool reader_fail(Reader* reader, const char* format, ...) {
     va_end(arguments);
     return fail_with(reader->failure, kStatusRead, "%s %lld: %s", reader->binary ? "byte" : "line",
                      (long long)reader_place(reader, &reader->text), sentence);
+}
+
+bool reader_add_layer(Reader* reader, Layer* layer) {
+    return layers_add(&reader->mesh->layers, layer) || fail_memory(reader->failure);
+}
+
+bool reader_leave_out(Reader* reader, const char* what, size_t length) {
+    char words[96];
+    size_t n = 0;
+    for (; n < length && n < sizeof words; ++n) words[n] = what[n] > 31 && what[n] != 127 ? what[n] : '?';
+    return names_add(&reader->mesh->left_out, words, n) >= 0 || fail_memory(reader->failure);
 }
 
 bool reader_expected(Reader* reader, const char* what) {
@@ -144,7 +167,7 @@ static bool resize(Reader* reader, void** array, int64_t* capacity, int64_t want
     return true;
 }
 
-static bool grow(Reader* reader, void** array, int64_t* capacity, size_t element, const char* what) {
+bool reader_grow(Reader* reader, void** array, int64_t* capacity, size_t element, const char* what) {
     if (interrupt_signal) return fail_with(reader->failure, kStatusCancelled, "the read was cancelled");
     if (*capacity >= INT32_MAX) return reader_fail(reader, "more than 2147483647 %s", what);
     int64_t wanted = *capacity + *capacity / 2 + 256;
@@ -166,11 +189,11 @@ bool reader_reserve(Reader* reader, int64_t vertices, int64_t faces, int64_t cor
 }
 
 bool reader_grow_vertices(Reader* reader) {
-    return grow(reader, &reader->mesh->positions, &reader->vertex_capacity, position_size(reader), "vertices");
+    return reader_grow(reader, &reader->mesh->positions, &reader->vertex_capacity, position_size(reader), "vertices");
 }
 
 bool reader_grow_corners(Reader* reader) {
-    return grow(reader, (void**)&reader->mesh->corner_verts, &reader->corner_capacity, sizeof(int32_t), "face corners");
+    return reader_grow(reader, (void**)&reader->mesh->corner_verts, &reader->corner_capacity, sizeof(int32_t), "face corners");
 }
 
 /* The array of sizes starts with the first face that is no triangle: most files have none. */
@@ -184,7 +207,7 @@ bool reader_note_size(Reader* reader, int64_t size) {
         for (int64_t i = 0; i < mesh->face_count; ++i) mesh->face_sizes[i] = 3;
     }
     if (mesh->face_count == reader->face_capacity &&
-        !grow(reader, (void**)&mesh->face_sizes, &reader->face_capacity, sizeof(int32_t), "faces"))
+        !reader_grow(reader, (void**)&mesh->face_sizes, &reader->face_capacity, sizeof(int32_t), "faces"))
         return false;
     mesh->face_sizes[mesh->face_count] = (int32_t)size;
     return true;

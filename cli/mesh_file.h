@@ -7,12 +7,14 @@
  *
  * What all readers here promise: the answer is a mesh or one sentence with the line (text) or byte offset (binary) of the first
  * error; time is linear in the size of the (decompressed) file; nothing is allocated on the word of a header alone, so that
- * memory stays below 20 bytes per byte of it.
+ * memory stays below 20 bytes per byte of it, 60 where an OBJ file has UVs and normals. What a file says about its layers never
+ * makes it unreadable, as long as numbers stand where numbers belong.
  */
 #ifndef DELMESH_CLI_MESH_FILE_H
 #define DELMESH_CLI_MESH_FILE_H
 
 #include "failure.h"
+#include "layers.h"
 #include "output.h"
 
 #include <delmesh/delmesh.h>
@@ -32,6 +34,9 @@ typedef struct MeshFile {
     int32_t* corner_verts; /* corner_count, all in [0, vertex_count) */
     int32_t* face_sizes;   /* face_count; NULL: all are triangles */
     int64_t merged_points; /* STL: corners that an earlier corner at the same point stands for */
+    Layers layers;         /* each with as many elements as there are of its domain */
+    Names libraries;       /* OBJ: the files that mtllib lines name, as they stand there; PLY: those of TextureFile comments */
+    Names left_out;        /* what the file has besides, in words: it is not read */
 } MeshFile;
 
 /* By the end of the name (.gz left off); kFormatUnknown if there is none of ours. `ascii`, if not NULL, is set for .stla. */
@@ -52,6 +57,12 @@ bool mesh_file_can_write(const char* path, Encoding encoding, int32_t precision,
  * Default encodings: text for OBJ and OFF, little-endian binary for PLY and STL. Reading it gives the same numbers,
  * bit for bit. */
 bool mesh_file_write(const char* path, Encoding encoding, const MeshFile* mesh, Failure* failure);
+/* Why files of the format cannot hold the layer; NULL: they can, at least if it is the first of its kind and, for normals and colours
+ * of corners, where the corners of each vertex agree. */
+const char* mesh_format_refuses(MeshFormat format, const Layer* layer);
+/* Brings the layers into the form that the format of `path` has, and takes out those that it cannot hold; what is lost by that is
+ * added to `lost`, in words. mesh_file_write needs it. */
+bool mesh_file_fit(const char* path, MeshFile* mesh, Names* lost, Failure* failure);
 /* The same up to output_finish: `out` waits for its output_commit. */
 bool mesh_file_prepare(const char* path, Encoding encoding, const MeshFile* mesh, Output* out, Failure* failure);
 

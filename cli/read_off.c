@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * read_off.c: OFF, COFF, NOFF, STOFF and their combinations, text and binary. What follows the three coordinates of a vertex, or
- * the corners of a face, on their line (normals, colours, texture coordinates) is not read. Comments run from # to the end.
+ * read_off.c: OFF, COFF, NOFF, STOFF and their combinations, text and binary. Behind the three coordinates of a vertex stand its
+ * normal, colour and texture coordinates, in that order, as far as the keyword announces them; where the line has fewer numbers, the
+ * vertex has none. What follows the corners of a face on its line is not read. Comments run from # to the end.
  *
  * Binary files are big-endian by the format's description, with colours behind each face; others write them little-endian and
  * without. The byte order is the one in which the counts fit the file; the faces are walked once to see if they have colours.
@@ -10,12 +11,65 @@
 
 #include "bytes.h"
 
+#include <math.h>
 #include <string.h>
 
 typedef struct Header {
     bool binary, colours, normals, texture;
     int64_t vertices, faces;
+    Layer normal, color, uv;
 } Header;
+
+enum { kMostExtras = 9 }; /* 3 of a normal, 4 of a colour, 2 of a texture */
+
+/* The numbers behind the coordinates of a vertex. */
+static bool put_extras(Reader* reader, Header* header, int64_t vertex, const double* numbers, int32_t count) {
+    const int32_t colour = count - 3 * header->normals - 2 * header->texture;
+    if (header->colours ? colour > 4 || colour < header->color.components : colour != 0) return true;
+    const struct {
+        Layer* layer;
+        int32_t count;
+    } parts[] = {{&header->normal, 3 * header->normals}, {&header->color, colour}, {&header->uv, 2 * header->texture}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) {
+        Layer* layer = parts[i].layer;
+        if (parts[i].count > 0 && !layer_extend(layer, vertex + 1)) return fail_memory(reader->failure);
+        for (int32_t k = 0; k < parts[i].count && k < layer->components; ++k) layer_set(layer, vertex, k, numbers[k]);
+        numbers += parts[i].count;
+    }
+    return true;
+}
+
+/* Colours are numbers from 0 to 1, or whole ones from 0 to 255: which of the two, the largest tells. */
+static bool settle_colors(Reader* reader, Layer* color) {
+    bool whole = true, large = false;
+    for (int64_t i = 0; i < color->count; ++i) {
+        for (int32_t k = 0; k < color->components; ++k) {
+            const double x = layer_get(color, i, k);
+            whole &= isnan(x) || (x >= 0 && x <= 255 && x == rint(x));
+            large |= x > 1;
+        }
+    }
+    const StoredType stored = whole && large ? kUint8 : color->stored;
+    Layer settled = layer_make(kLayerColor, DELMESH_DOMAIN_VERTEX, stored, color->components);
+    if (!layer_extend(&settled, color->count)) {
+        layer_free(&settled);
+        return fail_memory(reader->failure);
+    }
+    for (int64_t i = 0; i < color->count; ++i)
+        for (int32_t k = 0; k < color->components && !isnan(layer_get(color, i, k)); ++k)
+            layer_set(&settled, i, k, layer_get(color, i, k));
+    layer_free(color);
+    *color = settled;
+    return true;
+}
+
+static bool add_layers(Reader* reader, Header* header) {
+    Layer* layers[] = {&header->normal, &header->color, &header->uv};
+    if (!settle_colors(reader, &header->color)) return false;
+    for (size_t i = 0; i < sizeof layers / sizeof *layers; ++i)
+        if (layers[i]->count > 0 && !reader_add_layer(reader, layers[i])) return false;
+    return true;
+}
 
 static bool read_count(Reader* reader, const char* what, int64_t* out) {
     if (!text_skip_space(&reader->text, '#')) return reader_expected(reader, what);
@@ -112,8 +166,15 @@ static bool read_text(Reader* reader, Header* header) {
                 return reader_expected(reader, "a coordinate");
             }
         }
+        double extras[kMostExtras + 1];
+        int32_t count = 0;
+        for (; (header->normals || header->colours || header->texture) && count <= kMostExtras; ++count) {
+            text_skip_blanks(t);
+            if (!text_scan_double(&t->at, &extras[count]) || !isfinite(extras[count])) break;
+        }
+        if (v == 0 && count == 3 + 3 * header->normals + 2 * header->texture) header->color.components = 3;
         text_skip_line(t);
-        if (!reader_add_vertex(reader, position)) return false;
+        if (!put_extras(reader, header, v, extras, count) || !reader_add_vertex(reader, position)) return false;
     }
     for (int64_t f = 0; f < header->faces; ++f) {
         int64_t size, index;
@@ -185,7 +246,10 @@ static bool read_binary(Reader* reader, Header* header) {
     for (int64_t v = 0; v < header->vertices; ++v, t->at += vertex_bytes) {
         double position[3];
         for (int k = 0; k < 3; ++k) position[k] = bytes_f32(t->at + 4 * k, order);
-        if (!reader_add_vertex(reader, position)) return false;
+        double extras[kMostExtras];
+        const int32_t count = (int32_t)(vertex_bytes / 4) - 3;
+        for (int32_t k = 0; k < count; ++k) extras[k] = bytes_f32(t->at + 12 + 4 * k, order);
+        if (!put_extras(reader, header, v, extras, count) || !reader_add_vertex(reader, position)) return false;
     }
     for (int64_t f = 0; f < header->faces; ++f) {
         if (reader_left(reader) < 4)
@@ -217,5 +281,14 @@ bool read_off(Reader* reader) {
     Header header;
     memset(&header, 0, sizeof header);
     if (!read_keyword(reader, &header)) return false;
-    return header.binary ? read_binary(reader, &header) : read_text(reader, &header);
+    const StoredType stored = header.binary ? kFloat32 : kNoType;
+    header.normal = layer_make(kLayerNormal, DELMESH_DOMAIN_VERTEX, stored, 3);
+    header.color = layer_make(kLayerColor, DELMESH_DOMAIN_VERTEX, stored, 4);
+    header.color.fill = NAN; /* until it is known what white is */
+    header.uv = layer_make(kLayerUv, DELMESH_DOMAIN_VERTEX, stored, 2);
+    const bool ok = (header.binary ? read_binary(reader, &header) : read_text(reader, &header)) && add_layers(reader, &header);
+    layer_free(&header.normal);
+    layer_free(&header.color);
+    layer_free(&header.uv);
+    return ok;
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * read_ply.c: PLY, ascii and binary in both orders, elements and properties of any type in any order; what is not x, y, z or a
- * list of vertex indices is stepped over. Triangle strips (element tristrips; -1 ends a strip) become triangles, every second one
+ * read_ply.c: PLY, ascii and binary in both orders, elements and properties of any type in any order. Single numbers of vertices and
+ * faces become layers: those with the usual names a normal, a colour or UVs, others one each under their own names. A face's list
+ * texcoord has the UVs of its corners. Other lists and elements are stepped over. Triangle strips (element tristrips; -1 ends a strip) become triangles, every second one
  * turned; triangles with a repeated vertex only stitch strips together and are no faces.
  */
 #include "reader.h"
@@ -11,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef enum Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64, kNoType } Type;
-typedef enum Role { kSkip, kX, kY, kZ, kIndices } Role;
+typedef StoredType Type;
+typedef enum Role { kSkip, kX, kY, kZ, kIndices, kTexcoord, kLayerValue } Role;
 typedef enum Kind { kOther, kVertex, kFace, kStrips } Kind;
 
 static const int kTypeSize[] = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -20,12 +21,17 @@ static const int kTypeSize[] = {1, 1, 2, 2, 4, 4, 4, 8};
 typedef struct Property {
     Type type, count_type; /* count_type: kNoType unless a list */
     Role role;
+    const char* name; /* in the file */
+    int32_t length;
+    int32_t layer, component; /* of the mesh's layers: role kLayerValue, kTexcoord */
 } Property;
 
 typedef struct Element {
     Kind kind;
     int64_t count;
     int64_t first_property, property_count;
+    const char* name; /* in the file */
+    int32_t length;
     int64_t lists, bytes; /* bytes: of one in binary, without what is in lists; at least so many characters, halved, in ascii */
 } Element;
 
@@ -91,6 +97,8 @@ static bool read_element(Reader* reader, Ply* ply) {
     ply->elements = grown;
     Element* element = &ply->elements[ply->element_count - 1];
     text_skip_blanks(t);
+    element->name = t->at;
+    element->length = (int32_t)(text_word_length(t) < 4096 ? text_word_length(t) : 4096);
     if (text_take_word(t, "vertex"))
         element->kind = kVertex;
     else if (text_take_word(t, "face"))
@@ -112,7 +120,7 @@ static bool read_element(Reader* reader, Ply* ply) {
 static bool read_property(Reader* reader, Ply* ply) {
     Text* t = &reader->text;
     if (ply->element_count == 0) return reader_fail(reader, "a property before the first element");
-    Property property = {kNoType, kNoType, kSkip};
+    Property property = {kNoType, kNoType, kSkip, NULL, 0, -1, 0};
     text_skip_blanks(t);
     bool list = text_take_word(t, "list");
     if (list) {
@@ -124,6 +132,8 @@ static bool read_property(Reader* reader, Ply* ply) {
 
     Element* element = &ply->elements[ply->element_count - 1];
     text_skip_blanks(t);
+    property.name = t->at;
+    property.length = (int32_t)(text_word_length(t) < 4096 ? text_word_length(t) : 0);
     if (element->kind == kVertex && !list) {
         if (text_take_word(t, "x"))
             property.role = kX;
@@ -132,7 +142,11 @@ static bool read_property(Reader* reader, Ply* ply) {
         else if (text_take_word(t, "z"))
             property.role = kZ;
     } else if ((element->kind == kFace || element->kind == kStrips) && list) {
-        if (text_take_word(t, "vertex_indices") || text_take_word(t, "vertex_index")) property.role = kIndices;
+        if (text_take_word(t, "vertex_indices") || text_take_word(t, "vertex_index"))
+            property.role = kIndices;
+        else if (element->kind == kFace && (property.type == kFloat32 || property.type == kFloat64) &&
+                 text_take_word(t, "texcoord"))
+            property.role = kTexcoord;
     }
     if (property.role != kSkip)
         for (int64_t i = element->first_property; i < ply->property_count; ++i)
@@ -145,6 +159,20 @@ static bool read_property(Reader* reader, Ply* ply) {
     element->lists += list;
     element->bytes += kTypeSize[list ? property.count_type : property.type];
     return true;
+}
+
+/* "comment TextureFile name": where the texture is, as MeshLab and others write it. */
+static bool read_comment(Reader* reader) {
+    Text* t = &reader->text;
+    text_skip_blanks(t);
+    const bool texture = text_take_word(t, "TextureFile");
+    text_skip_blanks(t);
+    const char* begin = t->at;
+    text_skip_line(t);
+    const char* end = t->at;
+    while (end > begin && text_is_blank(end[-1])) --end;
+    return !texture || begin == end || names_add(&reader->mesh->libraries, begin, (size_t)(end - begin)) >= 0 ||
+           fail_memory(reader->failure);
 }
 
 static bool read_header(Reader* reader, Ply* ply) {
@@ -174,7 +202,9 @@ static bool read_header(Reader* reader, Ply* ply) {
         } else if (text_take_word(t, "property")) {
             if (!read_property(reader, ply)) return false;
             text_skip_line(t); /* the name */
-        } else if (text_take_word(t, "comment") || text_take_word(t, "obj_info")) {
+        } else if (text_take_word(t, "comment")) {
+            if (!read_comment(reader)) return false;
+        } else if (text_take_word(t, "obj_info")) {
             text_skip_line(t);
         } else if (t->at != t->end && !text_is_newline(*t->at)) {
             return reader_expected(reader, "a statement of a PLY header");
@@ -190,13 +220,110 @@ static bool read_header(Reader* reader, Ply* ply) {
     return true;
 }
 
+/* ---- Layers */
+
+static bool is_named(const Property* property, const char* name) {
+    return (size_t)property->length == strlen(name) && memcmp(property->name, name, (size_t)property->length) == 0;
+}
+
+static Property* find_property(const Ply* ply, const Element* element, const char* name) {
+    for (int64_t i = 0; i < element->property_count; ++i) {
+        Property* property = &ply->properties[element->first_property + i];
+        if (property->count_type == kNoType && property->role == kSkip && is_named(property, name)) return property;
+    }
+    return NULL;
+}
+
+/* The layer takes its values from the properties, whose names it gets. */
+static bool add_layer(Reader* reader, LayerKind kind, int32_t domain, Property* const* properties, int32_t count) {
+    Layer layer = layer_make(kind, domain, properties[0]->type, count);
+    size_t size = 1;
+    for (int32_t k = 0; k < count; ++k) size += (size_t)properties[k]->length + 1;
+    char* at = layer.names = malloc(size);
+    if (!at) return fail_memory(reader->failure);
+    for (int32_t k = 0; k < count; ++k) {
+        if (k > 0) *at++ = ' ';
+        memcpy(at, properties[k]->name, (size_t)properties[k]->length);
+        at += properties[k]->length;
+        properties[k]->role = kLayerValue;
+        properties[k]->layer = reader->mesh->layers.count;
+        properties[k]->component = k;
+    }
+    *at = '\0';
+    return reader_add_layer(reader, &layer);
+}
+
+/* The properties that belong together under names that are in use. */
+static bool add_known_layers(Reader* reader, Ply* ply, const Element* element, int32_t domain) {
+    static const struct {
+        LayerKind kind;
+        int32_t least, most;
+        const char* names[kMostComponents];
+    } known[] = {{kLayerNormal, 3, 3, {"nx", "ny", "nz"}},
+                 {kLayerColor, 3, 4, {"red", "green", "blue", "alpha"}},
+                 {kLayerColor, 3, 4, {"diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"}},
+                 {kLayerUv, 2, 2, {"s", "t"}},
+                 {kLayerUv, 2, 2, {"u", "v"}},
+                 {kLayerUv, 2, 2, {"texture_u", "texture_v"}},
+                 {kLayerUv, 2, 2, {"texture_s", "texture_t"}},
+                 {kLayerMaterial, 1, 1, {"material_index"}},
+                 {kLayerMaterial, 1, 1, {"texnumber"}},
+                 {kLayerGroup, 1, 1, {"group_index"}},
+                 {kLayerObject, 1, 1, {"object_index"}},
+                 {kLayerSmoothing, 1, 1, {"smoothing_group"}}};
+    for (size_t i = 0; i < sizeof known / sizeof *known; ++i) {
+        const bool ids = known[i].kind >= kLayerMaterial, real = known[i].kind == kLayerUv || known[i].kind == kLayerNormal;
+        if (ids != (domain == DELMESH_DOMAIN_FACE) && known[i].kind != kLayerColor) continue;
+        Property* found[kMostComponents];
+        int32_t count = 0;
+        while (count < known[i].most) {
+            Property* p = found[count] = find_property(ply, element, known[i].names[count]);
+            if (!p || p->type != found[0]->type) break;
+            if ((real && p->type < kFloat32) || (ids && p->type >= kFloat32)) break;
+            ++count;
+        }
+        if (count >= known[i].least && !add_layer(reader, known[i].kind, domain, found, count)) return false;
+    }
+    return true;
+}
+
+static bool add_layers(Reader* reader, Ply* ply) {
+    bool texcoord = false;
+    for (int64_t e = 0; e < ply->element_count; ++e) {
+        const Element* element = &ply->elements[e];
+        if (element->count == 0) continue;
+        if (element->kind != kVertex && element->kind != kFace) {
+            if (element->kind == kOther && !reader_leave_out(reader, element->name, (size_t)element->length)) return false;
+            continue;
+        }
+        const int32_t domain = element->kind == kVertex ? DELMESH_DOMAIN_VERTEX : DELMESH_DOMAIN_FACE;
+        if (!add_known_layers(reader, ply, element, domain)) return false;
+        for (int64_t i = 0; i < element->property_count; ++i) {
+            Property* property = &ply->properties[element->first_property + i];
+            if (property->role == kTexcoord && !texcoord) {
+                texcoord = true;
+                property->layer = reader->mesh->layers.count;
+                Layer layer = layer_make(kLayerUv, DELMESH_DOMAIN_CORNER, property->type, 2);
+                if (!reader_add_layer(reader, &layer)) return false;
+            } else if (property->count_type != kNoType && property->role != kIndices) {
+                property->role = kSkip;
+                if (!reader_leave_out(reader, property->name, (size_t)property->length)) return false;
+            } else if (property->role == kSkip && property->length > 0 &&
+                       !add_layer(reader, kLayerOther, domain, &property, 1)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 /* What the header announces must be there before anything is allocated for it. */
 static bool check_elements(Reader* reader, const Ply* ply) {
     int64_t left = (int64_t)reader_left(reader);
     for (int64_t e = 0; e < ply->element_count; ++e) {
         const Element* element = &ply->elements[e];
         const char* names[] = {"other", "vertex", "face", "tristrips"};
-        int roles[kIndices + 1] = {0};
+        int roles[kLayerValue + 1] = {0};
         for (int64_t i = 0; i < element->property_count; ++i) roles[ply->properties[element->first_property + i].role] = 1;
         if (element->kind == kVertex && element->count > 0 && !(roles[kX] && roles[kY] && roles[kZ]))
             return reader_fail(reader, "element vertex has no properties x, y and z");
@@ -333,19 +460,50 @@ static bool skip_list(Reader* reader, const Ply* ply, Type type, int64_t size) {
     return true;
 }
 
-static bool read_one(Reader* reader, const Ply* ply, const Element* element) {
+/* The face that was read last is known only now, if the list came first. */
+static bool read_texcoord(Reader* reader, const Ply* ply, const Property* property, int64_t first, int64_t size, Text at) {
+    const int64_t corners = reader->mesh->corner_count;
+    Layer* layer = &reader->mesh->layers.items[property->layer];
+    if (!layer_extend(layer, corners)) return fail_memory(reader->failure);
+    if (size != 2 * (corners - first)) return true; /* a face without; or not one UV for each corner */
+    const Text behind = reader->text;
+    reader->text = at;
+    for (int64_t k = 0; k < size; ++k) {
+        double value;
+        if (!next_value(reader, ply, property->type, &value)) return false;
+        layer_set(layer, first + k / 2, (int32_t)(k % 2), value);
+    }
+    reader->text = behind;
+    return true;
+}
+
+/* index: that of the vertex or face. */
+static bool read_one(Reader* reader, const Ply* ply, const Element* element, int64_t index) {
     double position[3] = {0, 0, 0};
+    Layer* const layers = reader->mesh->layers.items;
+    const int64_t first_corner = reader->mesh->corner_count;
+    const Property* texcoord = NULL;
+    Text texcoord_at = reader->text;
+    int64_t texcoord_size = 0;
     for (int64_t i = 0; i < element->property_count; ++i) {
         const Property* property = &ply->properties[element->first_property + i];
         if (property->count_type == kNoType) {
             double value;
             if (!next_value(reader, ply, property->type, &value)) return false;
-            if (property->role != kSkip) position[property->role - kX] = value;
+            if (property->role == kLayerValue)
+                layer_set(&layers[property->layer], index, property->component, value);
+            else if (property->role != kSkip)
+                position[property->role - kX] = value;
             continue;
         }
         int64_t size = 0;
         if (!next_list_size(reader, ply, property->count_type, &size)) return false;
         bool ok;
+        if (property->role == kTexcoord) {
+            texcoord = property;
+            texcoord_at = reader->text;
+            texcoord_size = size;
+        }
         if (property->role != kIndices)
             ok = skip_list(reader, ply, property->type, size);
         else if (element->kind == kFace)
@@ -354,7 +512,20 @@ static bool read_one(Reader* reader, const Ply* ply, const Element* element) {
             ok = read_strips(reader, ply, property->type, size);
         if (!ok) return false;
     }
+    if (texcoord && !read_texcoord(reader, ply, texcoord, first_corner, texcoord_size, texcoord_at)) return false;
     return element->kind != kVertex || reader_add_vertex(reader, position);
+}
+
+/* Room for the layers' values, whose number the file's size has confirmed. */
+static bool reserve_layers(Reader* reader, const Ply* ply, const Element* element) {
+    const int64_t count = element->count + (element->kind == kFace ? reader->mesh->face_count : 0);
+    for (int64_t i = 0; i < element->property_count; ++i) {
+        const Property* property = &ply->properties[element->first_property + i];
+        if (property->role != kLayerValue) continue;
+        Layer* layer = &reader->mesh->layers.items[property->layer];
+        if (!layer_reserve(layer, count) || !layer_extend(layer, count)) return fail_memory(reader->failure);
+    }
+    return true;
 }
 
 static bool read_elements(Reader* reader, const Ply* ply) {
@@ -368,8 +539,10 @@ static bool read_elements(Reader* reader, const Ply* ply) {
             if (reader->text.at > reader->text.end) return reader_fail(reader, "the file ended in the data");
             continue;
         }
+        if (!reserve_layers(reader, ply, element)) return false;
+        const int64_t base = element->kind == kFace ? reader->mesh->face_count : 0;
         for (int64_t i = 0; i < element->count; ++i)
-            if (!read_one(reader, ply, element)) return false;
+            if (!read_one(reader, ply, element, base + i)) return false;
     }
     return true;
 }
@@ -387,7 +560,7 @@ bool read_ply(Reader* reader) {
         }
         if (all_float) reader->mesh->precision = DELMESH_FLOAT32;
     }
-    ok = ok && read_elements(reader, &ply);
+    ok = ok && add_layers(reader, &ply) && read_elements(reader, &ply);
     free(ply.elements);
     free(ply.properties);
     return ok;

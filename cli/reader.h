@@ -36,6 +36,12 @@ static inline size_t reader_left(const Reader* reader) {
     return (size_t)(reader->text.end - reader->text.at);
 }
 
+/* Takes the layer over. */
+bool reader_add_layer(Reader* reader, Layer* layer);
+/* Something that the file has and nobody will see. */
+bool reader_leave_out(Reader* reader, const char* what, size_t length);
+/* More room for an array of such elements, by a half; `what` they are, for the sentence if there are too many. */
+bool reader_grow(Reader* reader, void** array, int64_t* capacity, size_t element, const char* what);
 /* Room for so many in all, for counts that the size of the file has confirmed. */
 bool reader_reserve(Reader* reader, int64_t vertices, int64_t faces, int64_t corners);
 bool reader_grow_vertices(Reader* reader);
