@@ -88,7 +88,7 @@ static void print_certificate(const Certificate* certificate, bool list) {
 }
 
 static void print_head(const Loaded* loaded) {
-    printf("%s: %s, %s\n", loaded->path, mesh_format_name(loaded->format),
+    printf("%s: %s, %s\n", loaded->path, mesh_format_name(loaded->file.format),
            loaded->info.precision == DELMESH_FLOAT32 ? "float32" : "float64");
 }
 
@@ -104,6 +104,7 @@ static void print_info(const Loaded* loaded, const delmesh_quality_report* quali
     print_count("boundary loops", i->boundary_loops);
     print_count("Euler characteristic", i->euler_characteristic);
     print_repairs(loaded);
+    print_layers(loaded);
     print_quality_head();
     print_quality("", quality);
 }
@@ -112,6 +113,7 @@ static void print_info(const Loaded* loaded, const delmesh_quality_report* quali
 static int run(int count, char** arguments, bool full) {
     Session session;
     session_init(&session);
+    session.carry.bare = !full;
     const char* path = NULL;
     int32_t boundary = DELMESH_BOUNDARY_NONOBTUSE;
     bool list = false, no_estimate = false, help;
@@ -149,7 +151,7 @@ static int run(int count, char** arguments, bool full) {
     if (ok && session.json) {
         json_begin_object(&json, NULL);
         json_string(&json, "file", path);
-        json_string(&json, "format", mesh_format_name(loaded.format));
+        json_string(&json, "format", mesh_format_name(loaded.file.format));
         json_string(&json, "precision", loaded.info.precision == DELMESH_FLOAT32 ? "f32" : "f64");
         json_counts(&json, &loaded.info);
         json_certificate(&json, &certificate, list);
@@ -158,6 +160,7 @@ static int run(int count, char** arguments, bool full) {
             json_integer(&json, "isolated_vertices", loaded.info.isolated_vertices);
             json_double(&json, "largest_coordinate", loaded.largest_coordinate);
             json_quality(&json, &quality);
+            json_layers(&json, &loaded, NULL);
             json_begin_repairs(&json, &loaded);
             json_end_object(&json);
             if (!no_estimate) json_growth(&json, &growth);
@@ -172,7 +175,7 @@ static int run(int count, char** arguments, bool full) {
     }
     const bool delaunay = certificate.report.delaunay;
     certificate_free(&certificate);
-    delmesh_mesh_destroy(loaded.mesh);
+    loaded_free(&loaded);
     return session_end(&session, &json, ok, full || delaunay ? 0 : 1);
 }
 

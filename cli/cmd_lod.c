@@ -179,6 +179,7 @@ static bool run_decimate(Lod* l) {
         if (!session_resolve(s, &l->in, &l->levels[i].length, &l->diagonal, &l->targets[i].value)) return false;
     options->strict = s->strict;
     options->quality = (int32_t)l->quality;
+    options->map = carry_needs_map(&s->carry, &l->in.file, l->levels[0].path);
     const double begin = seconds_now();
     const int32_t status =
         delmesh_lod_family(s->context, l->in.mesh, l->targets, l->count, options, l->made, l->reports, &l->report);
@@ -225,7 +226,7 @@ static bool run_write(Lod* l) {
     bool ok = true;
     while (written < l->count && ok) {
         MeshFile file;
-        ok = session_export(s, l->made[written], l->in_path, &file) &&
+        ok = session_export(s, l->made[written], &l->in, l->levels[written].path, &file) &&
              mesh_file_prepare(l->levels[written].path, (Encoding)l->encoding, &file, &files[written], &s->failure);
         mesh_file_free(&file);
         written += ok;
@@ -311,6 +312,7 @@ static void json_report(const Lod* l, Json* json, bool ok) {
     json_end_object(json);
     json_begin_repairs(json, &l->in);
     json_end_object(json);
+    json_layers(json, &l->in, &l->session.carry.lost);
     json_begin_list(json, "levels");
     for (int32_t i = 0; ok && i < l->count; ++i) json_level(l, json, i);
     json_end_list(json);
@@ -337,6 +339,7 @@ static void print_report(const Lod* l) {
     print_count("vertices in", p->vertices_in);
     print_count("faces in", p->faces_in);
     print_repairs(&l->in);
+    print_layers(&l->in);
     if (!l->no_measure) printf("  %51s%20s\n", "distance, % of the diagonal", "angles");
     printf("  %5s%11s%11s", "level", "vertices", "faces");
     if (!l->no_measure) printf("%9s%9s%9s%10s%8s", "sampled", "at most", "rms", "smallest", "largest");
@@ -397,7 +400,7 @@ static void lod_free(Lod* l) {
     numbers_free(&l->density);
     numbers_free(&l->lock);
     numbers_free(&l->region);
-    delmesh_mesh_destroy(l->in.mesh);
+    loaded_free(&l->in);
 }
 
 static void lod_init(Lod* l) {
@@ -447,6 +450,7 @@ static int run(Lod* l, int count, char** arguments) {
         option_choice("--boundary", &l->options.boundary, kBoundaryChoices, "nonobtuse|ignore",
                       "whether angles opposite to boundary edges count"),
         option_flag("--no-measure", &l->no_measure, "leave out angles, and distances to the input"),
+        CARRY_OPTIONS(&s->carry),
         option_string("--report", &l->report_path, "R.json", "write the JSON report there"),
         option_choice("--suffix", &l->suffix, kSuffixes, "ply|obj|off|stl|stla", "of the files, which says their format (ply)"),
         option_choice("--format", &l->suffix, kSuffixes, "ply|obj|off|stl|stla", "the same as --suffix"),
@@ -467,7 +471,7 @@ static int run(Lod* l, int count, char** arguments) {
             options, positionals);
         return session_end(s, &json, true, 0);
     }
-    ok = ok && parse_targets(l) && name_files(l);
+    ok = ok && parse_targets(l) && carry_parse(&s->carry, &s->failure) && name_files(l);
     const bool started = ok;
     ok = ok && session_open(s) && session_load(s, l->in_path, &l->in) && read_all_values(l) && run_decimate(l) &&
          run_measure(l) && run_write(l);
@@ -478,6 +482,7 @@ static int run(Lod* l, int count, char** arguments) {
     if (ok && !s->json && !s->quiet) {
         print_report(l);
         say_unreached(l);
+        say_lost(s, l->prefix);
     }
     lod_free(l);
     return session_end(s, &json, ok, 0);

@@ -19,6 +19,7 @@ static void json_mesh(Json* json, const char* key, const Loaded* loaded, const d
 int command_measure(int count, char** arguments) {
     Session session;
     session_init(&session);
+    session.carry.bare = true;
     const char *path_a = NULL, *path_b = NULL;
     bool no_bound = false, help;
     delmesh_distance_options distance_options;
@@ -63,7 +64,7 @@ int command_measure(int count, char** arguments) {
         print_quality("B", &quality_b);
         print_deviation(&distance);
     }
-    delmesh_mesh_destroy(a.mesh);
-    delmesh_mesh_destroy(b.mesh);
+    loaded_free(&a);
+    loaded_free(&b);
     return session_end(&session, &json, ok, 0);
 }

@@ -39,6 +39,7 @@ static bool run_remesh(Remesh* r) {
     r->options.strict = s->strict;
     r->options.compact = r->compact;
     r->options.effort = (int32_t)r->effort;
+    r->options.map = carry_needs_map(&s->carry, &r->in.file, r->out_path);
     double begin = seconds_now();
     int32_t status = delmesh_remesh(s->context, r->in.mesh, &r->options, &r->out, &r->report);
     r->seconds_remesh = seconds_now() - begin;
@@ -49,8 +50,8 @@ static bool run_write(Remesh* r) {
     Session* s = &r->session;
     double begin = seconds_now();
     MeshFile file;
-    bool ok =
-        session_export(s, r->out, r->in_path, &file) && mesh_file_write(r->out_path, (Encoding)r->encoding, &file, &s->failure);
+    bool ok = session_export(s, r->out, &r->in, r->out_path, &file) &&
+              mesh_file_write(r->out_path, (Encoding)r->encoding, &file, &s->failure);
     mesh_file_free(&file);
     r->seconds_write = seconds_now() - begin;
     return ok;
@@ -147,6 +148,7 @@ static void json_report(Remesh* r, Json* json, bool ok) {
     json_integer(json, "moved_within_tolerance", p->moved_within_tolerance);
     json_end_object(json);
     json_where(json, p);
+    json_layers(json, &r->in, &r->session.carry.lost);
     if (ok && r->measure) {
         json_deviation(json, &r->distance);
         json_begin_object(json, "quality");
@@ -192,6 +194,7 @@ static void print_report(const Remesh* r) {
     print_where(p);
     if (p->unflippable > 0) print_count("unflippable edges", p->unflippable);
     print_repairs(&r->in);
+    print_layers(&r->in);
     if (p->collapsed_edges > 0) print_count("zero edges collapsed", p->collapsed_edges);
     if (p->removed_zero_area_faces > 0) print_count("zero-area faces removed", p->removed_zero_area_faces);
     printf("  %-26s%16s\n", "certified", p->certified ? "yes" : "no");
@@ -239,6 +242,7 @@ int command_remesh(int count, char** arguments) {
                        "of the result; 0: 16 times the input's (default)"),
         option_flag("--compact", &r.compact, "leave out vertices that no face uses"),
         option_flag("--measure", &r.measure, "also measure angles, and the distance to the input"),
+        CARRY_OPTIONS(&s->carry),
         option_string("--report", &r.report_path, "R.json", "write the JSON report there"),
         option_choice("--encoding", &r.encoding, kEncodingChoices, "ascii|little|big", "of PLY and STL (little; .stla: ascii)"),
         option_value("--ascii", &r.encoding, kEncodingAscii, "the same as --encoding ascii"),
@@ -257,7 +261,8 @@ int command_remesh(int count, char** arguments) {
         return session_end(s, &json, true, 0);
     }
     /* What can be refused is refused before the work. */
-    ok = ok && mesh_file_can_write(r.out_path, (Encoding)r.encoding, r.options.precision, &s->failure) &&
+    ok = ok && carry_parse(&s->carry, &s->failure) &&
+         mesh_file_can_write(r.out_path, (Encoding)r.encoding, r.options.precision, &s->failure) &&
          (!r.report_path || output_check(r.report_path, &s->failure));
     const bool started = ok;
     ok = ok && session_open(s) && session_load(s, r.in_path, &r.in) && run_remesh(&r) && (!r.measure || run_measure(&r)) &&
@@ -266,8 +271,11 @@ int command_remesh(int count, char** arguments) {
         json_report(&r, &json, ok);
         ok = session_report(s, &json, r.report_path, ok);
     }
-    if (ok && !s->json && !s->quiet) print_report(&r);
+    if (ok && !s->json && !s->quiet) {
+        print_report(&r);
+        say_lost(s, r.out_path);
+    }
     delmesh_mesh_destroy(r.out);
-    delmesh_mesh_destroy(r.in.mesh);
+    loaded_free(&r.in);
     return session_end(s, &json, ok, 0);
 }

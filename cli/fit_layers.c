@@ -30,8 +30,7 @@ static bool is_single(MeshFormat format, const Layer* layer) {
     return format != kFormatPly || layer->domain == DELMESH_DOMAIN_CORNER || !layer->names;
 }
 
-static bool lose(Names* lost, Failure* failure, const char* format, ...) __attribute__((format(printf, 3, 4)));
-static bool lose(Names* lost, Failure* failure, const char* format, ...) {
+bool mesh_file_lose(Names* lost, Failure* failure, const char* format, ...) {
     char words[256];
     va_list arguments;
     va_start(arguments, format);
@@ -64,7 +63,7 @@ static bool fit_layer(MeshFormat format, MeshFile* mesh, int32_t index, bool* ke
     const char* name = mesh_format_name(format);
     const char* reason = mesh_format_refuses(format, layer);
     *keep = false;
-    if (reason) return lose(lost, failure, "%s: %s", layer_name(layer), reason);
+    if (reason) return mesh_file_lose(lost, failure, "%s: %s", layer_name(layer), reason);
     if (is_for_vertices(format, layer)) {
         Layer moved;
         bool same;
@@ -74,7 +73,8 @@ static bool fit_layer(MeshFormat format, MeshFile* mesh, int32_t index, bool* ke
         }
         if (!same) {
             layer_free(&moved);
-            return lose(lost, failure, "%s: %s files hold one at each vertex, and its faces' differ", layer_name(layer), name);
+            return mesh_file_lose(lost, failure, "%s: %s files hold one at each vertex, and its faces' differ", layer_name(layer),
+                                  name);
         }
         layer_free(layer);
         *layer = moved;
@@ -83,7 +83,7 @@ static bool fit_layer(MeshFormat format, MeshFile* mesh, int32_t index, bool* ke
         const Layer* other = &mesh->layers.items[i];
         if (other->kind == layer->kind && is_single(format, other) && is_single(format, layer) &&
             (format != kFormatPly || other->domain == layer->domain))
-            return lose(lost, failure, "%s: %s files hold one, and there is another", layer_name(layer), name);
+            return mesh_file_lose(lost, failure, "%s: %s files hold one, and there is another", layer_name(layer), name);
     }
     *keep = true;
     const int32_t most = layer->kind == kLayerUv ? (format == kFormatObj ? 3 : 2) : format == kFormatObj ? 3 : kMostComponents;
@@ -91,10 +91,10 @@ static bool fit_layer(MeshFormat format, MeshFile* mesh, int32_t index, bool* ke
         bool were_zero;
         if (!shrink(layer, most, &were_zero)) return fail_memory(failure);
         const char* what = layer->kind == kLayerColor ? "alpha" : "third coordinate";
-        if (!were_zero) return lose(lost, failure, "%s: %s files hold no %s", layer_name(layer), name, what);
+        if (!were_zero) return mesh_file_lose(lost, failure, "%s: %s files hold no %s", layer_name(layer), name, what);
     }
     if (format == kFormatPly && layer->ids.count > 1)
-        return lose(lost, failure, "%s: PLY files hold its numbers, not its names", layer_name(layer));
+        return mesh_file_lose(lost, failure, "%s: PLY files hold its numbers, not its names", layer_name(layer));
     return true;
 }
 
@@ -110,8 +110,8 @@ bool mesh_file_fit(const char* path, MeshFile* mesh, Names* lost, Failure* failu
     }
     if (mesh->libraries.count == 0 || mesh->format == format) return true;
     for (int32_t i = 0; i < mesh->libraries.count; ++i)
-        if (!lose(lost, failure, "%s: %s files do not refer to such a file", names_at(&mesh->libraries, i),
-                  mesh_format_name(format)))
+        if (!mesh_file_lose(lost, failure, "%s: %s files do not refer to such a file", names_at(&mesh->libraries, i),
+                            mesh_format_name(format)))
             return false;
     names_free(&mesh->libraries);
     return true;

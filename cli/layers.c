@@ -15,8 +15,8 @@ const char* layer_name(const Layer* layer) {
 }
 
 Layer layer_make(LayerKind kind, int32_t domain, StoredType stored, int32_t components) {
-    static const int32_t types[] = {DELMESH_INT32,  DELMESH_UINT8,   DELMESH_INT32,  DELMESH_INT32,
-                                    DELMESH_INT32,  DELMESH_UINT32,  DELMESH_FLOAT32, DELMESH_FLOAT64, DELMESH_FLOAT64};
+    static const int32_t types[] = {DELMESH_INT32,  DELMESH_UINT8,   DELMESH_INT32,   DELMESH_INT32,  DELMESH_INT32,
+                                    DELMESH_UINT32, DELMESH_FLOAT32, DELMESH_FLOAT64, DELMESH_FLOAT64};
     Layer layer;
     memset(&layer, 0, sizeof layer);
     layer.kind = kind;

@@ -33,9 +33,9 @@ typedef struct Layer {
     int32_t type;      /* of `values`: DELMESH_FLOAT32... */
     StoredType stored; /* in the file, kNoType: in text without types */
     int32_t components;
-    double fill;           /* of elements without a value. UVs and normals: NaN, and they are written without, too */
-    char* names;           /* of the components in a PLY file, a blank between; NULL: the usual ones of the kind */
-    Names ids;             /* of ids: the name of each, 0 is "", which is none; empty: they are numbers alone */
+    double fill;             /* of elements without a value. UVs and normals: NaN, and they are written without, too */
+    char* names;             /* of the components in a PLY file, a blank between; NULL: the usual ones of the kind */
+    Names ids;               /* of ids: the name of each, 0 is "", which is none; empty: they are numbers alone */
     int64_t count, capacity; /* elements */
     void* values;
 } Layer;

@@ -63,6 +63,8 @@ const char* mesh_format_refuses(MeshFormat format, const Layer* layer);
 /* Brings the layers into the form that the format of `path` has, and takes out those that it cannot hold; what is lost by that is
  * added to `lost`, in words. mesh_file_write needs it. */
 bool mesh_file_fit(const char* path, MeshFile* mesh, Names* lost, Failure* failure);
+/* Adds such words. */
+bool mesh_file_lose(Names* lost, Failure* failure, const char* format, ...) __attribute__((format(printf, 3, 4)));
 /* The same up to output_finish: `out` waits for its output_commit. */
 bool mesh_file_prepare(const char* path, Encoding encoding, const MeshFile* mesh, Output* out, Failure* failure);
 

@@ -308,8 +308,7 @@ static bool add_layers(Reader* reader, Ply* ply) {
             } else if (property->count_type != kNoType && property->role != kIndices) {
                 property->role = kSkip;
                 if (!reader_leave_out(reader, property->name, (size_t)property->length)) return false;
-            } else if (property->role == kSkip && property->length > 0 &&
-                       !add_layer(reader, kLayerOther, domain, &property, 1)) {
+            } else if (property->role == kSkip && property->length > 0 && !add_layer(reader, kLayerOther, domain, &property, 1)) {
                 return false;
             }
         }

@@ -29,6 +29,7 @@ double seconds_now(void) {
 void session_init(Session* session) {
     memset(session, 0, sizeof *session);
     session->weld = kWeldByFormat;
+    carry_init(&session->carry);
     session->begin = seconds_now();
 }
 
@@ -70,26 +71,46 @@ static double largest_coordinate(const MeshFile* file) {
     return largest;
 }
 
-bool session_load(Session* session, const char* path, Loaded* out) {
-    memset(out, 0, sizeof *out);
-    out->path = path;
-    double begin = seconds_now();
-    MeshFile file;
-    if (!mesh_file_read(path, session->weld != DELMESH_WELD_NONE, &file, &session->failure)) return false;
-    double read = seconds_now();
-    out->format = file.format;
-    out->merged_points = file.merged_points;
-    out->largest_coordinate = largest_coordinate(&file);
-
+/* The mesh of the file, with the borders of its layers. */
+static bool create(Session* session, const char* path, Loaded* out) {
+    MeshFile* file = &out->file;
+    CarryLayers layers;
+    bool ok = carry_describe(&session->carry, file, &layers, &session->failure);
     delmesh_mesh_desc desc;
     delmesh_mesh_desc_init(&desc, sizeof desc);
     desc.weld = session->weld == DELMESH_WELD_EXACT ? DELMESH_WELD_EXACT : DELMESH_WELD_NONE;
     desc.strict = session->strict;
-    desc.positions = view(file.positions, file.vertex_count, file.precision, 3);
-    desc.corner_verts = view(file.corner_verts, file.corner_count, DELMESH_INT32, 1);
-    if (file.face_sizes) desc.face_sizes = view(file.face_sizes, file.face_count, DELMESH_INT32, 1);
-    bool ok = session_check(session, delmesh_mesh_create(session->context, &desc, &out->mesh), path);
-    mesh_file_free(&file);
+    desc.positions = view(file->positions, file->vertex_count, file->precision, 3);
+    desc.corner_verts = view(file->corner_verts, file->corner_count, DELMESH_INT32, 1);
+    if (file->face_sizes) desc.face_sizes = view(file->face_sizes, file->face_count, DELMESH_INT32, 1);
+    desc.layers = layers.views;
+    desc.layer_count = layers.count;
+    ok = ok && session_check(session, delmesh_mesh_create(session->context, &desc, &out->mesh), path);
+    out->borders = malloc((size_t)file->layers.count * sizeof *out->borders + 1);
+    if (ok && !out->borders) ok = fail_memory(&session->failure);
+    for (int32_t i = 0; ok && i < file->layers.count; ++i) out->borders[i] = -1;
+    for (int32_t i = 0; ok && i < layers.count; ++i)
+        ok = session_check(session, delmesh_mesh_layer_borders(out->mesh, i, &out->borders[layers.from[i]]), path);
+    carry_layers_free(&layers);
+    return ok;
+}
+
+bool session_load(Session* session, const char* path, Loaded* out) {
+    memset(out, 0, sizeof *out);
+    out->path = path;
+    double begin = seconds_now();
+    MeshFile* file = &out->file;
+    if (!mesh_file_read(path, session->weld != DELMESH_WELD_NONE, file, &session->failure)) return false;
+    if (session->carry.bare) layers_free(&file->layers);
+    double read = seconds_now();
+    out->largest_coordinate = largest_coordinate(file);
+    bool ok = session->weld != DELMESH_WELD_EXACT || carry_spread(file, &session->failure);
+    ok = ok && create(session, path, out);
+    free(file->positions);
+    free(file->corner_verts);
+    free(file->face_sizes);
+    file->positions = NULL;
+    file->corner_verts = file->face_sizes = NULL;
     delmesh_mesh_info_init(&out->info, sizeof out->info);
     ok = ok && session_check(session, delmesh_mesh_get_info(out->mesh, &out->info), path);
     session->seconds_read += read - begin;
@@ -97,11 +118,18 @@ bool session_load(Session* session, const char* path, Loaded* out) {
     return ok;
 }
 
-bool session_export(Session* session, const delmesh_mesh* mesh, const char* path, MeshFile* out) {
+void loaded_free(Loaded* loaded) {
+    delmesh_mesh_destroy(loaded->mesh);
+    mesh_file_free(&loaded->file);
+    free(loaded->borders);
+    memset(loaded, 0, sizeof *loaded);
+}
+
+bool session_export(Session* session, const delmesh_mesh* mesh, const Loaded* loaded, const char* path, MeshFile* out) {
     memset(out, 0, sizeof *out);
     delmesh_mesh_info info;
     delmesh_mesh_info_init(&info, sizeof info);
-    if (!session_check(session, delmesh_mesh_get_info(mesh, &info), path)) return false;
+    if (!session_check(session, delmesh_mesh_get_info(mesh, &info), loaded->path)) return false;
     const size_t real = info.precision == DELMESH_FLOAT32 ? sizeof(float) : sizeof(double);
     *out = (MeshFile){
         .precision = info.precision, .vertex_count = info.vertices, .face_count = info.faces, .corner_count = info.corners};
@@ -110,8 +138,13 @@ bool session_export(Session* session, const delmesh_mesh* mesh, const char* path
     const delmesh_view_mut positions = {out->positions, info.vertices, 0, info.precision, 3};
     const delmesh_view_mut corners = {out->corner_verts, info.corners, 0, DELMESH_INT32, 1};
     return ((out->positions && out->corner_verts) || fail_memory(&session->failure)) &&
-           session_check(session, delmesh_mesh_read(mesh, DELMESH_POSITION, &positions), path) &&
-           session_check(session, delmesh_mesh_read(mesh, DELMESH_CORNER_VERT, &corners), path);
+           session_check(session, delmesh_mesh_read(mesh, DELMESH_POSITION, &positions), loaded->path) &&
+           session_check(session, delmesh_mesh_read(mesh, DELMESH_CORNER_VERT, &corners), loaded->path) &&
+           session_check(session,
+                         carry_over(&session->carry, session->context, mesh, &info, &loaded->file, loaded->path, path, out,
+                                    &session->failure),
+                         loaded->path) &&
+           !session->failure.status;
 }
 
 bool session_resolve(Session* session, const Loaded* loaded, const Length* length, double* diagonal, double* out) {
@@ -166,6 +199,7 @@ int session_end(Session* session, Json* json, bool ok, int success) {
     if (!ok && session->json) json_failure(json, failure);
     if (session->json && json->size > 0 && !json->out_of_memory) fputs(json->text, stdout);
     json_free(json);
+    carry_free(&session->carry);
     if (ok && (fflush(stdout) != 0 || ferror(stdout)))
         ok = fail_with(failure, kStatusWrite, "standard output could not be written: %s", strerror(errno));
     if (ok) return success;
@@ -186,7 +220,7 @@ enum { kRepairCount = 8 };
 static void repairs_of(const Loaded* loaded, Count out[kRepairCount]) {
     const delmesh_mesh_info* i = &loaded->info;
     const Count counts[kRepairCount] = {
-        {"welded_vertices", "vertices welded", i->welded_vertices + loaded->merged_points},
+        {"welded_vertices", "vertices welded", i->welded_vertices + loaded->file.merged_points},
         {"degenerate_faces", "degenerate faces left out", i->degenerate_faces},
         {"duplicate_faces", "duplicate faces left out", i->duplicate_faces},
         {"non_finite_faces", "non-finite faces left out", i->non_finite_faces},
@@ -203,6 +237,42 @@ void json_begin_repairs(Json* json, const Loaded* loaded) {
     repairs_of(loaded, counts);
     json_begin_object(json, "repairs");
     for (int i = 0; i < kRepairCount; ++i) json_integer(json, counts[i].key, counts[i].value);
+}
+
+void json_layers(Json* json, const Loaded* loaded, const Names* lost) {
+    static const char* const domains[] = {"vertex", "corner", "face"};
+    json_begin_list(json, "layers");
+    for (int32_t i = 0; i < loaded->file.layers.count; ++i) {
+        const Layer* layer = &loaded->file.layers.items[i];
+        json_begin_object(json, NULL);
+        json_string(json, "name", layer_name(layer));
+        json_string(json, "kind", layer_kind_name(layer->kind));
+        json_string(json, "domain", domains[layer->domain]);
+        json_integer(json, "components", layer->components);
+        if (loaded->borders && loaded->borders[i] >= 0) json_integer(json, "border_edges", loaded->borders[i]);
+        json_end_object(json);
+    }
+    json_end_list(json);
+    if (!lost) return;
+    json_begin_list(json, "lost");
+    for (int32_t i = 0; i < lost->count; ++i) json_string(json, NULL, names_at(lost, i));
+    json_end_list(json);
+}
+
+void say_lost(const Session* session, const char* path) {
+    const Names* lost = &session->carry.lost;
+    for (int32_t i = 0; i < lost->count; ++i) fprintf(stderr, "delmesh: %s: lost: %s\n", path, names_at(lost, i));
+}
+
+void print_layers(const Loaded* loaded) {
+    const Layers* layers = &loaded->file.layers;
+    if (layers->count == 0) return;
+    printf("  %-26s ", "layers");
+    for (int32_t i = 0; i < layers->count; ++i) {
+        printf("%s%s", i > 0 ? ", " : "", layer_name(&layers->items[i]));
+        if (loaded->borders[i] >= 0) printf(" (%lld border edges)", (long long)loaded->borders[i]);
+    }
+    printf("\n");
 }
 
 void json_counts(Json* json, const delmesh_mesh_info* info) {

@@ -5,6 +5,7 @@
 #ifndef DELMESH_CLI_SESSION_H
 #define DELMESH_CLI_SESSION_H
 
+#include "carry.h"
 #include "failure.h"
 #include "json.h"
 #include "mesh_file.h"
@@ -20,6 +21,7 @@ typedef struct Session {
     bool json, quiet, strict;
     int32_t weld; /* kWeldByFormat: exact for STL, else none */
     int64_t threads;
+    Carry carry; /* of commands that write meshes */
     /* state */
     Failure failure;
     Progress progress;
@@ -27,11 +29,11 @@ typedef struct Session {
     double begin, seconds_read, seconds_create;
 } Session;
 
-/* A mesh that was read: its file's properties without the arrays, the handle, and its counts. */
+/* A mesh that was read: its file without positions and faces, the handle, and its counts. */
 typedef struct Loaded {
     const char* path;
-    MeshFormat format;
-    int64_t merged_points;     /* of an STL file; counted with info.welded_vertices */
+    MeshFile file;             /* its merged_points are counted with info.welded_vertices */
+    int64_t* borders;          /* of each layer of the file: how many edges it has borders at; -1: nobody counted */
     double largest_coordinate; /* in size, of the finite vertices that faces use */
     delmesh_mesh* mesh;
     delmesh_mesh_info info;
@@ -54,8 +56,9 @@ void session_init(Session* session);
 /* Makes the context, once the options are known. */
 bool session_open(Session* session);
 bool session_load(Session* session, const char* path, Loaded* out);
-/* The arrays of a triangle mesh as they go into a file; free them also after a failure. `path` is what the mesh is of. */
-bool session_export(Session* session, const delmesh_mesh* mesh, const char* path, MeshFile* out);
+void loaded_free(Loaded* loaded);
+/* A triangle mesh made from the loaded one, as it goes into the file `path`; free it also after a failure. */
+bool session_export(Session* session, const delmesh_mesh* mesh, const Loaded* loaded, const char* path, MeshFile* out);
 /* A length in model units. *diagonal: of the loaded mesh; 0: not known yet, measured if percents need it. */
 bool session_resolve(Session* session, const Loaded* loaded, const Length* length, double* diagonal, double* out);
 /* Turns a status of the library into success or the session's failure; `path` is what the call was about. */
@@ -73,6 +76,8 @@ double seconds_now(void);
 
 /* {welded_vertices, degenerate_faces, ...}, open: more counts may follow before json_end_object. */
 void json_begin_repairs(Json* json, const Loaded* loaded);
+/* "layers": what the file has besides positions and faces; with `lost` also what of that the result's file has not. */
+void json_layers(Json* json, const Loaded* loaded, const Names* lost);
 /* vertices, faces, edges, ..., euler_characteristic */
 void json_counts(Json* json, const delmesh_mesh_info* info);
 /* min_angle, max_angle, ... of the measured mesh, into the open object. */
@@ -84,6 +89,10 @@ void print_count(const char* label, int64_t count);
 void print_quality_head(void);
 void print_quality(const char* label, const delmesh_quality_report* quality);
 void print_deviation(const delmesh_distance_report* distance);
+/* One line for what the file has besides positions and faces. */
+void print_layers(const Loaded* loaded);
+/* A line on standard error for each thing that is lost. */
+void say_lost(const Session* session, const char* path);
 /* One line for each kind of repair that happened. */
 void print_repairs(const Loaded* loaded);
 

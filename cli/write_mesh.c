@@ -87,8 +87,7 @@ static bool distinct_make(const Layer* layer, Distinct* out) {
         uint64_t hash = 0xcbf29ce484222325u;
         for (size_t k = 0; k < size; ++k) hash = (hash ^ bytes[k]) * 0x100000001b3u;
         size_t slot = (size_t)(hash ^ hash >> 29) & (slots - 1);
-        while (table[slot] >= 0 &&
-               memcmp((const char*)layer->values + (size_t)out->first[table[slot]] * size, bytes, size) != 0)
+        while (table[slot] >= 0 && memcmp((const char*)layer->values + (size_t)out->first[table[slot]] * size, bytes, size) != 0)
             slot = (slot + 1) & (slots - 1);
         if (table[slot] < 0) {
             out->first[out->count] = i;
@@ -132,7 +131,8 @@ static bool put_ids(Output* out, const MeshFile* mesh, int64_t face, int64_t* cu
     static const struct {
         LayerKind kind;
         const char *word, *none;
-    } statements[] = {{kLayerObject, "o", ""}, {kLayerGroup, "g", ""}, {kLayerMaterial, "usemtl", ""}, {kLayerSmoothing, "s", "off"}};
+    } statements[] = {
+        {kLayerObject, "o", ""}, {kLayerGroup, "g", ""}, {kLayerMaterial, "usemtl", ""}, {kLayerSmoothing, "s", "off"}};
     for (size_t i = 0; i < sizeof statements / sizeof *statements; ++i) {
         const Layer* layer = find_layer(mesh, statements[i].kind);
         if (!layer) continue;
@@ -354,8 +354,9 @@ static bool put_element(Output* out, const MeshFile* mesh, Encoding encoding, in
         const Layer* layer = &mesh->layers.items[i];
         if (layer->domain != domain) continue;
         const StoredType type = ply_type(layer, mesh->precision);
+        const bool none = layer->stored == kNoType && layer_is_missing(layer, index); /* there is no word for that */
         for (int32_t k = 0; k < layer->components; ++k)
-            if (!put_value(out, encoding, type, layer_get(layer, index, k))) return false;
+            if (!put_value(out, encoding, type, none ? 0 : layer_get(layer, index, k))) return false;
     }
     return encoding != kEncodingAscii || put_text(out, "\n");
 }
