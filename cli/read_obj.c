@@ -188,15 +188,10 @@ static int32_t read_name(Text* t, Names* names) {
     skip_blanks(t);
     const char* begin = t->at;
     skip_statement(t);
-    const char* end = t->at;
-    while (end > begin && (text_is_blank(end[-1]) || end[-1] == '\\' || text_is_newline(end[-1]))) --end;
-    const void* joined = memchr(begin, '\\', (size_t)(end - begin));
-    for (const char* at = joined; at && at < end; ++at) {
-        if (*at == '\\' && text_is_newline(at[1])) { /* a name over several lines is taken up to the first's end */
-            end = at;
-            break;
-        }
-    }
+    const char* end = begin; /* a name over several lines is taken up to the first's end */
+    while (end < t->at && !text_is_newline(*end)) ++end;
+    if (end < t->at && end > begin && end[-1] == '\\') --end;
+    while (end > begin && text_is_blank(end[-1])) --end;
     return names_add(names, begin, (size_t)(end - begin));
 }
 

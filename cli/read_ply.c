@@ -165,7 +165,7 @@ static bool read_property(Reader* reader, Ply* ply) {
 static bool read_comment(Reader* reader) {
     Text* t = &reader->text;
     text_skip_blanks(t);
-    const bool texture = text_take_word(t, "TextureFile");
+    const bool texture = text_take_word(t, "texturefile");
     text_skip_blanks(t);
     const char* begin = t->at;
     text_skip_line(t);

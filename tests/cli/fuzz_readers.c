@@ -36,12 +36,21 @@ int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
         volatile char sum = 0; /* all positions are there */
         const size_t real = mesh.precision == DELMESH_FLOAT32 ? 4 : 8;
         for (size_t i = 0; i < 3 * real * (size_t)mesh.vertex_count; ++i) sum = (char)(sum + ((const char*)mesh.positions)[i]);
+        const int64_t counts[] = {mesh.vertex_count, mesh.corner_count, mesh.face_count};
+        for (int32_t i = 0; i < mesh.layers.count; ++i) {
+            const Layer* layer = &mesh.layers.items[i];
+            require(layer->count == counts[layer->domain]);
+            const size_t bytes = (size_t)layer->count * layer_element_size(layer);
+            for (size_t k = 0; k < bytes; ++k) sum = (char)(sum + ((const char*)layer->values)[k]);
+            for (int64_t k = 0; k < layer->count && layer->ids.count > 0; ++k)
+                require(layer_get(layer, k, 0) >= 0 && layer_get(layer, k, 0) < layer->ids.count);
+        }
         mesh_file_free(&mesh);
     } else {
         require(failure.status != NULL && strchr(failure.text, '\n') == NULL);
         require(strncmp(failure.text, "line ", 5) == 0 || strncmp(failure.text, "byte ", 5) == 0 ||
                 strcmp(failure.status, kStatusRead) != 0);
-        require(mesh.positions == NULL && mesh.corner_verts == NULL && mesh.face_sizes == NULL);
+        require(mesh.positions == NULL && mesh.corner_verts == NULL && mesh.face_sizes == NULL && mesh.layers.items == NULL);
     }
     free(text);
     return 0;
