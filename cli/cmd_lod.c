@@ -125,16 +125,23 @@ static bool parse_targets(Lod* l) {
 }
 
 /* What can be refused is refused before the work. */
-static bool name_files(Lod* l) {
-    const char* suffix = kSuffixes[l->suffix].name;
+static bool name_files(Lod* l, const char* suffix) {
     const size_t room = strlen(l->prefix) + strlen(suffix) + 32;
     for (int32_t i = 0; i < l->count; ++i) {
+        free(l->levels[i].path);
         char* path = l->levels[i].path = malloc(room);
         if (!path) return fail_memory(&l->session.failure);
         snprintf(path, room, "%s_LOD%ld.%s", l->prefix, (long)i, suffix);
         if (!mesh_file_can_write(path, (Encoding)l->encoding, l->options.precision, &l->session.failure)) return false;
     }
     return !l->report_path || output_check(l->report_path, &l->session.failure);
+}
+
+/* PLY, unless told; but only OBJ files can name the material library that the input names. */
+static bool choose_files(Lod* l) {
+    const bool told = l->suffix >= 0 || l->encoding == kEncodingLittle || l->encoding == kEncodingBig;
+    if (told || l->session.carry.bare || l->in.file.format != kFormatObj || l->in.file.libraries.count == 0) return true;
+    return name_files(l, "obj");
 }
 
 /* ---- Values per vertex and face */
@@ -419,6 +426,7 @@ static void lod_init(Lod* l) {
                                             {"--deviation", DELMESH_TARGET_DEVIATION, NULL}};
     memcpy(l->lists, lists, sizeof lists);
     l->encoding = kEncodingDefault;
+    l->suffix = -1;
 }
 
 static int run(Lod* l, int count, char** arguments) {
@@ -452,7 +460,8 @@ static int run(Lod* l, int count, char** arguments) {
         option_flag("--no-measure", &l->no_measure, "leave out angles, and distances to the input"),
         CARRY_OPTIONS(&s->carry),
         option_string("--report", &l->report_path, "R.json", "write the JSON report there"),
-        option_choice("--suffix", &l->suffix, kSuffixes, "ply|obj|off|stl|stla", "of the files, which says their format (ply)"),
+        option_choice("--suffix", &l->suffix, kSuffixes, "ply|obj|off|stl|stla",
+                      "the files' format (ply; obj if IN has a mtllib)"),
         option_choice("--format", &l->suffix, kSuffixes, "ply|obj|off|stl|stla", "the same as --suffix"),
         option_choice("--encoding", &l->encoding, kEncodingChoices, "ascii|little|big", "of PLY and STL (little; .stla: ascii)"),
         option_value("--ascii", &l->encoding, kEncodingAscii, "the same as --encoding ascii"),
@@ -471,10 +480,11 @@ static int run(Lod* l, int count, char** arguments) {
             options, positionals);
         return session_end(s, &json, true, 0);
     }
-    ok = ok && parse_targets(l) && carry_parse(&s->carry, &s->failure) && name_files(l);
+    ok = ok && parse_targets(l) && carry_parse(&s->carry, &s->failure) &&
+         name_files(l, kSuffixes[l->suffix < 0 ? 0 : l->suffix].name);
     const bool started = ok;
-    ok = ok && session_open(s) && session_load(s, l->in_path, &l->in) && read_all_values(l) && run_decimate(l) &&
-         run_measure(l) && run_write(l);
+    ok = ok && session_open(s) && session_load(s, l->in_path, &l->in) && choose_files(l) && read_all_values(l) &&
+         run_decimate(l) && run_measure(l) && run_write(l);
     if (started && (s->json || l->report_path)) {
         json_report(l, &json, ok);
         ok = session_report(s, &json, l->report_path, ok);

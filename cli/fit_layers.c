@@ -36,6 +36,8 @@ bool mesh_file_lose(Names* lost, Failure* failure, const char* format, ...) {
     va_start(arguments, format);
     vsnprintf(words, sizeof words, format, arguments);
     va_end(arguments);
+    for (char* at = words; *at; ++at)
+        if ((unsigned char)*at < 32 || *at == 127) *at = '?'; /* names come from files, the words go to a terminal */
     return names_add(lost, words, strlen(words)) >= 0 || fail_memory(failure);
 }
 

@@ -269,7 +269,9 @@ void print_layers(const Loaded* loaded) {
     if (layers->count == 0) return;
     printf("  %-26s ", "layers");
     for (int32_t i = 0; i < layers->count; ++i) {
-        printf("%s%s", i > 0 ? ", " : "", layer_name(&layers->items[i]));
+        printf("%s", i > 0 ? ", " : "");
+        for (const char* at = layer_name(&layers->items[i]); *at; ++at)
+            putchar((unsigned char)*at < 32 || *at == 127 ? '?' : *at);
         if (loaded->borders[i] >= 0) printf(" (%lld border edges)", (long long)loaded->borders[i]);
     }
     printf("\n");

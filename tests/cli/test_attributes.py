@@ -303,6 +303,19 @@ class TexturedCube(AttributesTest):
         corners = {(v, uv) for f in Mesh(out.read_text()).faces for v, uv, _ in f}
         self.assertTrue({(0, (0, 0)), (0, (0.5, 0.5)), (1, (1, 0)), (1, (0.25, 0.25))} <= corners)
 
+    def test_odd_names(self):
+        """Names that would speak to a terminal are kept in files, and shown without."""
+        path = self.file("a.obj", b"mtllib \x1b[31m.mtl\nv 0 0 0\nv 1 0 0\nv 0.5 1 0\nusemtl \xff\x1b[0m  x\nf 1 2 3\n")
+        out = self.folder / "out.obj"
+        self.run_command("remesh", path, out, "--quiet")
+        self.assertIn(b"usemtl \xff\x1b[0m  x\n", out.read_bytes())
+        ply = self.file("a.ply", b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                                 b"property int \x1b[31m\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                                 b"0 0 0 1\n1 0 0 2\n0.5 1 0 3\n3 0 1 2\n")
+        for words in (["remesh", path, self.folder / "o.ply"], ["remesh", ply, out], ["info", ply]):
+            self.assertNotIn("\x1b", "".join(self.run_command(*words)))
+            self.json_of(*words)
+
     def test_missing_uvs(self):
         """Faces with UVs beside faces without."""
         path = self.file("a.obj", "v 0 0 0\nv 4 0 0\nv 2 1 0\nv 2 -1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 2 1 4\n")
@@ -319,8 +332,12 @@ class TexturedCube(AttributesTest):
 class Lod(AttributesTest):
     def test_cube(self):
         path = self.file("cube.obj", textured_cube(8))
-        got = self.json_of("lod", path, self.folder / "cube", "--ratios", "0.5,0.1", "--suffix", "obj")
-        self.assertEqual(len(got["levels"]), 3)
+        got = self.json_of("lod", path, self.folder / "cube", "--ratios", "0.5,0.1", "--no-measure")
+        names = [f"cube_LOD{i}.obj" for i in range(3)]  # only such files can name the material library
+        self.assertEqual([Path(level["file"]).name for level in got["levels"]], names)
+        for words in (["--suffix", "ply"], ["--encoding", "big"], ["--bare"]):
+            other = self.json_of("lod", path, self.folder / "cube", "--ratios", "0.5,0.1", "--no-measure", *words)
+            self.assertTrue(all(level["file"].endswith(".ply") for level in other["levels"]))
         for level in got["levels"]:
             mesh = Mesh(Path(level["file"]).read_text())
             self.assertEqual(mesh.libraries, ["cube.mtl"])
