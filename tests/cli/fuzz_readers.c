@@ -41,9 +41,9 @@ int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
             const Layer* layer = &mesh.layers.items[i];
             require(layer->count == counts[layer->domain]);
             const size_t bytes = (size_t)layer->count * layer_element_size(layer);
-            for (size_t k = 0; k < bytes; ++k) sum = (char)(sum + ((const char*)layer->values)[k]);
-            for (int64_t k = 0; k < layer->count && layer->ids.count > 0; ++k)
-                require(layer_get(layer, k, 0) >= 0 && layer_get(layer, k, 0) < layer->ids.count);
+            for (size_t b = 0; b < bytes; ++b) sum = (char)(sum + ((const char*)layer->values)[b]);
+            for (int64_t e = 0; e < layer->count && layer->ids.count > 0; ++e)
+                require(layer_get(layer, e, 0) >= 0 && layer_get(layer, e, 0) < layer->ids.count);
         }
         mesh_file_free(&mesh);
     } else {

@@ -169,7 +169,7 @@ static void test_off(void** state) {
 /* Writes, reads back. */
 static MeshFile pass(MeshFile* mesh, const char* path, Encoding encoding, Names* lost) {
     Failure failure = {NULL, ""};
-    MeshFile back;
+    MeshFile back = {0};
     if (!mesh_file_fit(path, mesh, lost, &failure) || !mesh_file_write(path, encoding, mesh, &failure) ||
         !mesh_file_read(path, true, &back, &failure))
         fail_msg("%s", failure.text);
