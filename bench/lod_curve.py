@@ -25,7 +25,7 @@ COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd")
 def family(program, mesh, folder, *options):
     """The levels of the report, but for the full mesh."""
     report = folder / "report.json"
-    done = subprocess.run([program, "lod", mesh, folder / "out", "--ratios", ",".join(map(str, RATIOS)), "--quiet",
+    done = subprocess.run([program, "lod", "--bare", mesh, folder / "out", "--ratios", ",".join(map(str, RATIOS)), "--quiet",
                            "--report", report, *options], capture_output=True, text=True, timeout=900)
     if done.returncode != 0:
         sys.exit(f"{mesh.name} {' '.join(options)}: {done.stderr.strip()}")

@@ -24,7 +24,7 @@ COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd")
 
 def remesh(program, mesh, folder, *options):
     report = folder / "report.json"
-    done = subprocess.run([program, "remesh", mesh, folder / "out.ply", "--quiet", "--report", report, *options],
+    done = subprocess.run([program, "remesh", "--bare", mesh, folder / "out.ply", "--quiet", "--report", report, *options],
                           capture_output=True, text=True, timeout=600)
     if done.returncode != 0:
         sys.exit(f"{mesh.name} {' '.join(options)}: {done.stderr.strip()}")

@@ -6,7 +6,7 @@
 DIR is a build folder: its cli/delmesh and tests/certifier/dm_certifier are used. Without --short or --smoke this is the campaign:
 every mesh of data/clean, data/compare and data/paper in every mode at both precisions, data/nasty, data/malformed.
 
-For every mesh, mode and precision:
+For every mesh, of which positions and faces count here (--bare; tests/cli/test_attributes.py has the rest), mode and precision:
     certified    by the command's report, by `delmesh certify` of the written file, and by dm_certifier, which shares no code
     no zero-area face, oriented manifold, components, boundary loops and Euler characteristic of the input
     vertex i of the input is vertex i of the output, bit for bit at the output precision
@@ -76,7 +76,7 @@ def remesh_case(run, source, mode, precision, extension, placement="interval", r
     stem = f"{source.name}.{mode}.{precision}.{placement}"
     out, report_file = run.folder / f"{stem}.{extension}", run.folder / f"{stem}.json"
     options = ["--mode", mode, "--precision", precision, "--placement", placement, "--quiet"]
-    status, _, err = run.call(run.delmesh, "remesh", source, out, *options, "--measure", "--report", report_file)
+    status, _, err = run.call(run.delmesh, "remesh", "--bare", source, out, *options, "--measure", "--report", report_file)
     if not check.equal(status, 0, f"remesh failed ({err.strip()[-200:]}), status"):
         return check
     report = json.loads(report_file.read_text())
@@ -128,7 +128,7 @@ def remesh_case(run, source, mode, precision, extension, placement="interval", r
 
     for threads in repeat:
         again = run.folder / f"{stem}.again.{extension}"
-        status, _, err = run.call(run.delmesh, "remesh", source, again, *options, "--threads", threads)
+        status, _, err = run.call(run.delmesh, "remesh", "--bare", source, again, *options, "--threads", threads)
         same = status == 0 and again.read_bytes() == out.read_bytes()
         check.that(same, f"other bytes with --threads {threads} (status {status})")
         again.unlink(missing_ok=True)
@@ -165,7 +165,8 @@ def growth_case(run, source, precision):
     """Vertices that preserve adds when only exactly flat places count as flat."""
     check = Check(f"{source.name} preserve {precision}, exact planarity: vertices added")
     out, report_file = run.folder / f"{source.name}.{precision}.growth.ply", run.folder / f"{source.name}.{precision}.growth.json"
-    status, _, err = run.call(run.delmesh, "remesh", source, out, "--tolerance", 0, "--precision", precision, "--quiet", "--report",
+    status, _, err = run.call(run.delmesh, "remesh", "--bare", source, out, "--tolerance", 0, "--precision", precision,
+                              "--quiet", "--report",
                               report_file)
     if check.equal(status, 0, f"remesh failed ({err.strip()[-200:]}), status"):
         splits, limit = json.loads(report_file.read_text())["splits"], math.floor(1.03 * GROWTH[source.name])
@@ -181,7 +182,8 @@ def tolerance_case(run, source, percent, precision):
     check = Check(f"{source.name} preserve {precision} tolerance {percent} %")
     stem = f"{source.name}.{precision}.{percent}"
     out, report_file = run.folder / f"{stem}.ply", run.folder / f"{stem}.json"
-    status, _, err = run.call(run.delmesh, "remesh", source, out, "--tolerance", f"{percent}%", "--precision", precision, "--quiet",
+    status, _, err = run.call(run.delmesh, "remesh", "--bare", source, out, "--tolerance", f"{percent}%", "--precision", precision,
+                              "--quiet",
                               "--report", report_file)
     if percent == 0 and status == 2 and (source.name, precision) in NO_ROOM:
         check.that("The output precision" in err, f"another failure than that there is no room: {err.strip()[-200:]}")
@@ -263,7 +265,7 @@ def symmetry_case(run, source, mode, precision):
         stem = f"{source.name}.{mode}.{precision}.{label.replace(' ', '_')}"
         given, out = run.folder / f"{stem}.in.off", run.folder / f"{stem}.ply"
         write_off(given, [[c * x for c, x in zip(factors, p)] for p in points], faces)
-        status, _, err = run.call(run.delmesh, "remesh", given, out, "--mode", mode, "--precision", precision, "--quiet")
+        status, _, err = run.call(run.delmesh, "remesh", "--bare", given, out, "--mode", mode, "--precision", precision, "--quiet")
         if check.equal(status, 0, f"{label}: {err.strip()[-200:]}; status"):
             results[label] = factors, *read_ply_output(out, precision)
             out.unlink()
@@ -286,7 +288,8 @@ def nasty_case(run, source, mode, precision, row):
     check = Check(f"nasty/{source.name} {mode} {precision}")
     out = run.folder / f"nasty.{source.name}.{mode}.{precision}.ply"
     began = time.monotonic()
-    status, _, err = run.call(run.delmesh, "remesh", source, out, "--mode", mode, "--precision", precision, "--quiet", timeout=20,
+    status, _, err = run.call(run.delmesh, "remesh", "--bare", source, out, "--mode", mode, "--precision", precision,
+                              "--quiet", timeout=20,
                               limited=True)
     seconds = time.monotonic() - began
     check.that(status is not None, f"did not end in 20 s ({seconds:.1f})")

@@ -73,7 +73,8 @@ STOPS = ("target", "topology", "delaunay", "features", "bound")
 def lod(run, source, prefix, *options, timeout=900.0, limited=False):
     """(exit status, the report or None, standard error)."""
     report_file = run.folder / f"{prefix.name}.json"
-    status, _, err = run.call(run.delmesh, "lod", source, prefix, *options, "--quiet", "--report", report_file, timeout=timeout,
+    status, _, err = run.call(run.delmesh, "lod", "--bare", source, prefix, *options,
+                              "--quiet", "--report", report_file, timeout=timeout,
                               limited=limited)
     report = json.loads(report_file.read_text()) if report_file.exists() else None
     report_file.unlink(missing_ok=True)
