@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * carry.h: what a file says besides its shape, through the library and into the files of the result. Layers with borders go into the
- * mesh, which keeps the edges where they jump; all are gathered through the result's map (docs/attributes.md).
+ * carry.h: what a file says besides its shape, through the library and into the files of the result. Layers with borders go into
+ * the mesh, which keeps the edges where they jump; all are gathered through the result's map (docs/attributes.md).
  */
 #ifndef DELMESH_CLI_CARRY_H
 #define DELMESH_CLI_CARRY_H
@@ -42,8 +42,8 @@ bool carry_spread(MeshFile* file, Failure* failure);
 
 /* Whether a result must have a map of its corners, for what files of this name hold. */
 bool carry_needs_map(const Carry* carry, const MeshFile* source, const char* out_path);
-/* Fills out->layers and out->libraries, of a mesh made from that of `source`, read from `in_path`, as the file `out_path` holds them.
- * Returns a status of the library, of which the sentence is in its context; or DELMESH_OK with *failure. */
+/* Fills out->layers and out->libraries, of a mesh made from that of `source`, read from `in_path`, as the file `out_path` holds
+ * them. Returns a status of the library, of which the sentence is in its context; or DELMESH_OK with *failure. */
 int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* mesh, const delmesh_mesh_info* info,
                    const MeshFile* source, const char* in_path, const char* out_path, MeshFile* out, Failure* failure);
 /* The name of a file, as it stands in one folder, from that of `out_path`; to be freed. NULL: no memory. */

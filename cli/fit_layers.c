@@ -81,12 +81,12 @@ static bool fit_layer(MeshFormat format, MeshFile* mesh, int32_t index, bool* ke
         layer_free(layer);
         *layer = moved;
     }
-    for (int32_t i = 0; i < mesh->layers.count; ++i) {
+    for (int32_t i = 0; is_single(format, layer) && i < mesh->layers.count; ++i) {
         const Layer* other = &mesh->layers.items[i];
+        if (i == index || other->kind != layer->kind || !is_single(format, other)) continue;
+        if (format == kFormatPly && other->domain != layer->domain) continue;
         /* The first stays; but what corners have says more than what vertices have. */
-        const bool better = i < index || (other->domain == DELMESH_DOMAIN_CORNER && layer->domain == DELMESH_DOMAIN_VERTEX);
-        if (i != index && better && other->kind == layer->kind && is_single(format, other) && is_single(format, layer) &&
-            (format != kFormatPly || other->domain == layer->domain))
+        if (i < index || (other->domain == DELMESH_DOMAIN_CORNER && layer->domain == DELMESH_DOMAIN_VERTEX))
             return mesh_file_lose(lost, failure, "%s: %s files hold one, and there is another", layer_name(layer), name);
     }
     *keep = true;

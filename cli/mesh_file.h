@@ -57,8 +57,8 @@ bool mesh_file_can_write(const char* path, Encoding encoding, int32_t precision,
  * Default encodings: text for OBJ and OFF, little-endian binary for PLY and STL. Reading it gives the same numbers,
  * bit for bit. */
 bool mesh_file_write(const char* path, Encoding encoding, const MeshFile* mesh, Failure* failure);
-/* Why files of the format cannot hold the layer; NULL: they can, at least if it is the first of its kind and, for normals and colours
- * of corners, where the corners of each vertex agree. */
+/* Why files of the format cannot hold the layer; NULL: they can, at least if it is the first of its kind and, for normals and
+ * colours of corners, where the corners of each vertex agree. */
 const char* mesh_format_refuses(MeshFormat format, const Layer* layer);
 /* Brings the layers into the form that the format of `path` has, and takes out those that it cannot hold; what is lost by that is
  * added to `lost`, in words. mesh_file_write needs it. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * read_off.c: OFF, COFF, NOFF, STOFF and their combinations, text and binary. Behind the three coordinates of a vertex stand its
- * normal, colour and texture coordinates, in that order, as far as the keyword announces them; where the line has fewer numbers, the
- * vertex has none. What follows the corners of a face on its line is not read. Comments run from # to the end.
+ * normal, colour and texture coordinates, in that order, as far as the keyword announces them; where the line has fewer numbers,
+ * the vertex has none. What follows the corners of a face on its line is not read. Comments run from # to the end.
  *
  * Binary files are big-endian by the format's description, with colours behind each face; others write them little-endian and
  * without. The byte order is the one in which the counts fit the file; the faces are walked once to see if they have colours.

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""UVs, normals, materials, groups and colours through the command, from outside: the files it writes are read by readers of this test.
+"""UVs, normals, materials, groups and colours through the command, from outside. This test reads the files with readers of its own.
     test_attributes.py DELMESH [--no-limits]
 """
 import gzip
 import json
 import math
 import os
+import resource
 import struct
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import unittest
 from pathlib import Path
 
 DELMESH = ""
+LIMITS = True
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("DELMESH_SHARED", ROOT.parent / "shared")) / "data"
 
@@ -97,8 +99,8 @@ SIDES = [(1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (
 
 
 def textured_cube(cuts=4):
-    """A cube, each side cuts x cuts squares in two triangles each, along diagonals that a Delaunay mesh has not: the points are moved
-    within the sides. Its sides are charts of their own; three are red and three are blue; every side is a group."""
+    """A cube, each side cuts x cuts squares in two triangles each, their points moved within the sides so that some diagonals
+    are not Delaunay. Its sides are charts of their own; three are red and three are blue; every side is a group."""
     text, numbers = ["mtllib cube.mtl"], {}
     corners = {i + 1: (x, y, z) for i, (x, y, z) in enumerate((x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1))}
     points, uvs, faces = [], [], []
@@ -238,6 +240,12 @@ class TexturedCube(AttributesTest):
         grouped = self.file("groups.obj", "v 0 0 0\nv 4 0 0\nv 2 1 0\nv 2 -1 0\ng a\nf 1 2 3\ng b\nf 2 1 4\n")
         self.assertEqual(self.json_of("remesh", grouped, out, "--mode", "flip")["splits"], 0)
         self.assertGreater(self.json_of("remesh", grouped, out, "--mode", "flip", "--keep", "group")["splits"], 0)
+        shaded = self.file("shaded.obj", "v 0 0 0\nv 4 0 0\nv 2 1 0\nv 2 -1 0\nvn 0 0 1\nvn 0 3 4\n"
+                                         "f 1//1 2//1 3//1\nf 2//2 1//2 4//2\n")
+        self.assertEqual(self.json_of("remesh", shaded, out, "--mode", "flip")["splits"], 0)
+        self.assertGreater(self.json_of("remesh", shaded, out, "--mode", "flip", "--keep", "normal")["splits"], 0)
+        normals = {tuple(round(n, 12) for n in normal) for face in Mesh(out.read_text()).faces for _, _, normal in face}
+        self.assertEqual(normals, {(0, 0, 1), (0, 0.6, 0.8)})
         _, err = self.run_command("remesh", path, out, "--keep", "uv", "--release", "uv", status=2)
         self.assertEqual(err, "delmesh: --keep and --release both name uv\n")
         for command in ("remesh", "lod"):
@@ -347,6 +355,31 @@ class Lod(AttributesTest):
             self.check_charts(mesh, exact=False)
 
 
+class Memory(AttributesTest):
+    def test_all_or_nothing(self):
+        """Too little memory, anywhere on the way: the sentence says so, and the old file is there."""
+        if not LIMITS:
+            self.skipTest("limits of the address space do not go with this build")
+        path, out = self.file("cube.obj", textured_cube(40)), self.file("out.obj", "old")
+        statuses = set()
+        for megabytes in (8, 12, 14, 16, 18, 20, 22, 24, 28, 32, 40, 400):
+            def set_limit():
+                resource.setrlimit(resource.RLIMIT_AS, (megabytes << 20, megabytes << 20))
+            words = [DELMESH, "remesh", path, out, "--mode", "flip", "--threads", "1", "--quiet"]
+            done = subprocess.run(words, capture_output=True, timeout=60, preexec_fn=set_limit)
+            if done.returncode == 127 or b"error while loading" in done.stderr:
+                continue  # not even started
+            statuses.add(done.returncode)
+            self.assertIn(done.returncode, (0, 2), f"{megabytes} MB: {done.stderr}")
+            if done.returncode == 2:
+                self.assertRegex(done.stderr, b"memory")
+                self.assertEqual(out.read_text(), "old")
+            else:
+                self.check_charts(Mesh(out.read_text()), exact=False)
+                out.write_text("old")
+        self.assertEqual(statuses, {0, 2})
+
+
 class Corpus(AttributesTest):
     def load(self, name):
         path = DATA / "clean" / name
@@ -391,5 +424,5 @@ class Corpus(AttributesTest):
 
 
 if __name__ == "__main__":
-    DELMESH = os.path.abspath(sys.argv[1])
+    DELMESH, LIMITS = os.path.abspath(sys.argv[1]), "--no-limits" not in sys.argv
     unittest.main(argv=sys.argv[:1])

@@ -651,11 +651,16 @@ class Files(CommandTest):
             "joined.obj": b"v 0 0 0\nf " + b"\\\n" * (n // 2),
             "carriages.obj": b"v 0 0 0\r" + b"x\r" * (n // 2),
             "no_corners.obj": b"v 0 0 0\n" + b"f\n" * (n // 2),
+            "materials.obj": b"v 0 0 0\n" + b"".join(b"usemtl %d\nf 1 1 1\n" % i for i in range(n // 20)),
+            "joined_name.obj": b"v 0 0 0\ng a" + b"\\\n" * (n // 2),
+            "textures.obj": b"v 0 0 0\n" + b"vt 0\nvn\n" * (n // 16) + b"f" + b" 1/1/1" * (n // 12) + b"\n",
             "comments.off": b"OFF\n" + b"#\n" * (n // 2),
             "no_corners.off": b"OFF\n0 %d 0\n" % (n // 2) + b"0\n" * (n // 2),
             "elements.ply": ascii_ply + b"element a 1\n" * (n // 12) + b"end_header\n",
             "huge_elements.ply": ascii_ply + b"element a 4000000000000\n" * (n // 24) + b"end_header\n",
             "properties.ply": ascii_ply + b"element vertex 0\n" + b"property int a\n" * (n // 15) + b"end_header\n",
+            "values.ply": ascii_ply + b"element vertex 1\nproperty float x\nproperty float y\nproperty float z\n" +
+                          b"property int a\n" * (n // 17) + b"end_header\n" + b"0 " * (n // 17 + 3),
             "no_corners.ply": binary_ply + b"element face %d\nproperty list uchar uchar vertex_index\nend_header\n" % n +
                               bytes(n),
             "strip.ply": binary_ply + b"element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
