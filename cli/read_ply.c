@@ -3,7 +3,7 @@
  * read_ply.c: PLY, ascii and binary in both orders, elements and properties of any type in any order. Single numbers of vertices
  * and faces become layers: those with the usual names a normal, a colour or UVs, others one each under their own names. A face's
  * list texcoord has the UVs of its corners. Other lists and elements are stepped over. Triangle strips (element tristrips; -1 ends
- * a strip) become triangles, every second one turned; triangles with a repeated vertex only stitch strips together and are no faces.
+ * a strip) become triangles, every second one turned; those with a repeated vertex only stitch strips together and are no faces.
  */
 #include "reader.h"
 
