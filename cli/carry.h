@@ -19,9 +19,9 @@ typedef struct Carry {
 
 /* Of commands that write meshes. */
 #define CARRY_OPTIONS(carry)                                                                                                     \
-    option_string("--keep", &(carry)->keep, "KIND,...",                                                                          \
-                  "edges stay where this jumps: uv, normal, color, material, group, object,"),                                   \
-        option_string("--release", &(carry)->release, "KIND,...", "smoothing; or go (kept are uv and material, unless told)"),   \
+    option_string("--keep", &(carry)->keep, "KIND,...", "edges stay where these jump (uv,material)"),                            \
+        option_string("--release", &(carry)->release, "KIND,...",                                                                \
+                      "... or may go; also normal, color, group, object, smoothing"),                                            \
         option_flag("--bare", &(carry)->bare, "positions and faces only: no uv, material, ...")
 
 void carry_init(Carry* carry);
