@@ -168,15 +168,18 @@ char* carry_library(const char* name, const char* in_path, const char* out_path)
         at += strspn(at, " \t");
     }
     const size_t room = strlen(name) + (words + 1) * (prefix ? strlen(prefix) + 1 : 1) + 1;
-    char* all = calloc(room, 1);
+    char* all = malloc(room);
+    char* to = all;
     for (const char* at = name; all && *at;) {
         const size_t length = several ? strcspn(at, " \t") : strlen(at);
-        if (prefix && !is_absolute(at)) strcat(all, prefix);
-        strncat(all, at, length);
+        if (prefix && !is_absolute(at)) to = stpcpy(to, prefix);
+        memcpy(to, at, length);
+        to += length;
         at += length;
         at += strspn(at, " \t");
-        if (*at) strcat(all, " ");
+        if (*at) *to++ = ' ';
     }
+    if (all) *to = '\0';
     free(prefix);
     return all;
 }
