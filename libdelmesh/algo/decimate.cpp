@@ -8,6 +8,7 @@
 #include "algo/certify.h"
 #include "algo/decimator.h"
 #include "algo/level.h"
+#include "algo/level_map.h"
 #include "algo/measure.h"
 #include "algo/relax_within.h"
 #include "algo/remesh.h"
@@ -29,6 +30,8 @@ delmesh_remesh_options how_to_prepare(const delmesh_decimate_options& options) {
     o.feature_angle = options.feature_angle;
     o.max_normal_turn = -1;
     o.tolerance = options.tolerance;
+    o.map = options.map;
+    o.release = options.release;
     return o;
 }
 
@@ -102,6 +105,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     DM_TRY(sort_in_space(context, full, order, sorted));
     Surface surface(context, sorted, full.precision);
     sorted = Mesh(context.memory());
+    surface.kept_bits = static_cast<EdgeBits>(surface.kept_bits & ~options.release);
     for (EdgeBits& bits : surface.corner_bits)
         bits &= static_cast<EdgeBits>(~kEdgeSource); // what collapses leave is no edge of the source
     Array<double> weights(context.memory());
@@ -116,6 +120,8 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     Decimator decimator(context, surface, rules);
     DM_TRY(decimator.begin(weights.empty() ? nullptr : weights.data(), locked.empty() ? nullptr : locked.data()));
     LevelMaker maker(context, in, full, order, surface, decimator);
+    LevelMap corner_maps(context, in, full, surface.kept_bits);
+    if (options.map != 0) DM_TRY(corner_maps.begin());
     report.seconds_decimate += watch.lap();
 
     Array<uint8_t> stays(context.memory());
@@ -159,7 +165,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
             maker.find_staying(stays);
             if (i + 1 == count) decimator.finish(); // relaxation needs much itself
             const Context::Part part(context, middle, middle + 0.8 * (to - middle));
-            const RelaxRules how{rules.precision, rules.boundary_rule, rules.fold_cosine, options.quality};
+            const RelaxRules how{rules.precision, rules.boundary_rule, rules.fold_cosine, options.quality, surface.kept_bits};
             if (bounded && within)
                 DM_TRY(relax_within(context, in, how, level.bound, stays.data(), mesh, level.relaxed_vertices));
             else
@@ -169,6 +175,12 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         }
         DM_TRY(context.stage("export", middle + 0.8 * (to - middle), to));
         DM_TRY(maker.map_to_source(mesh));
+        if (options.map != 0) {
+            LevelTraces traces(context.memory());
+            maker.trace(mesh, traces);
+            DM_TRY(corner_maps.map(traces, mesh));
+            DM_TRY(name_places(context, in, mesh));
+        }
         Certificate certificate;
         DM_TRY(certify_unfrozen(context, mesh, rules.boundary_rule, certificate, level.nld_outside));
         level.certified = certificate.delaunay(rules.boundary_rule) ? 1 : 0;

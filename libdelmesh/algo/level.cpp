@@ -153,4 +153,15 @@ Status LevelMaker::map_to_source(Mesh& out) {
     });
 }
 
+void LevelMaker::trace(const Mesh& out, LevelTraces& traces) const {
+    for (const int32_t f : order.new_face)
+        if (!s.is_dead(f)) traces.face.push_back(order.old_face[s.face_src[f]]);
+    traces.into.assign(full.vertices(), -1);
+    for (int32_t i = 0; i < out.vertices(); ++i) {
+        const int32_t v = verts[i];
+        traces.same.push_back(d.place_of[v] < 0 || !(out.position(i) == s.at(v)) ? -1 : order.old_vert[d.place_of[v]]);
+        for (int32_t u = v; u >= 0; u = d.next_merged[u]) traces.into[order.old_vert[u]] = i;
+    }
+}
+
 } // namespace dm

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "algo/decimator.h"
+#include "algo/level_map.h"
 #include "geom/bvh.h"
 #include "mesh/spatial_order.h"
 
@@ -20,6 +21,8 @@ public:
     void find_staying(Array<uint8_t>& stays) const;
     // The rest, once the level's vertices are where they stay.
     Status map_to_source(Mesh& out);
+    // What a map of its corners needs to know of the level just made, where its vertices are now.
+    void trace(const Mesh& out, LevelTraces& traces) const;
 
 private:
     int32_t source_of(int32_t v) const; // of a vertex as the surface numbers it; -1: none

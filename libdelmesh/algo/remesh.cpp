@@ -316,13 +316,13 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     VertexTraces traces(context.memory());
     DM_TRY(hand_out(context, in, surface, options, 16 * rules.resolution / scale, options.map != 0 ? &traces : nullptr, out));
     DM_TRY(count(context, in, repaired, out));
+#if defined(DELMESH_DEBUG_CHECKS)
+    DM_TRY(validate_mesh(context, out)); // before the map, which does not have its names yet
+#endif
     if (options.map != 0) {
         DM_TRY(context.stage("map", 0.93, 0.95));
         DM_TRY(map_corners(context, in, kept & kEdgeGiven, traces, out));
     }
-#if defined(DELMESH_DEBUG_CHECKS)
-    DM_TRY(validate_mesh(context, out));
-#endif
     report.vertices_out = out.vertices();
     report.faces_out = out.faces();
     const MeshCounts &before = in.counts, &after = out.counts;

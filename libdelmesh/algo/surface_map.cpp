@@ -21,13 +21,6 @@ Vec3 direction(const Vec3& way) {
     return l > 0 ? (1 / l) * way : way;
 }
 
-// Where a corner looks: the middle between its edges.
-Vec3 gaze(const Mesh& mesh, int32_t c) {
-    const Vec3 x = mesh.position(mesh.corner_vert[c]);
-    return direction(direction(mesh.position(mesh.corner_vert[next_corner(c)]) - x) +
-                     direction(mesh.position(mesh.corner_vert[prev_corner(c)]) - x));
-}
-
 bool is_kept(const Mesh& mesh, int32_t c, EdgeBits kept) {
     return !mesh.corner_bits.empty() && (mesh.corner_bits[c] & kept) != 0;
 }
@@ -45,6 +38,12 @@ Status find_first_corners(Context& context, const Mesh& mesh, Array<int32_t>& fi
         }
     }
     return DELMESH_OK;
+}
+
+Vec3 gaze(const Mesh& mesh, int32_t c) {
+    const Vec3 x = mesh.position(mesh.corner_vert[c]);
+    return direction(direction(mesh.position(mesh.corner_vert[next_corner(c)]) - x) +
+                     direction(mesh.position(mesh.corner_vert[prev_corner(c)]) - x));
 }
 
 // ---- Ways over the source ---------------------------------------------------------------------------------------------------

@@ -11,6 +11,8 @@ namespace dm {
 
 // Per vertex, a corner; where the vertex is on the boundary, that with which its fan begins counter-clockwise. -1: unused.
 Status find_first_corners(Context& context, const Mesh& mesh, Array<int32_t>& first);
+// Where a corner looks: the middle between its edges.
+Vec3 gaze(const Mesh& mesh, int32_t c);
 
 // The source's surface, cut along its kept edges.
 class Sheets {
@@ -33,12 +35,13 @@ public:
     // The closest point to x on the faces that can be reached from `face` across edges that are no borders, as long as it gets
     // closer. Replaces `place` where it is closer than that.
     void descend(const Vec3& x, int32_t face, Place& place) const;
+    // The same on the faces around the corner's vertex in its sector alone.
+    void look_around(const Vec3& x, int32_t c, Place& place) const;
 
     const Mesh& in;
     Array<int32_t> first; // see find_first_corners
 
 private:
-    void look_around(const Vec3& x, int32_t c, Place& place) const; // the faces around the corner's vertex, in its sector
     EdgeBits kept_;
 };
 
