@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #define COUNT(array) ((int64_t)(sizeof(array) / sizeof *(array)))
 
@@ -65,8 +66,8 @@ static delmesh_mesh* make(delmesh_context* context, const delmesh_mesh_desc* des
 /* The flags of the edge p q; -1: no edge. */
 static int32_t flags_of(const delmesh_mesh* mesh, int32_t p, int32_t q) {
     const int64_t edges = info_of(mesh).edges;
-    int32_t verts[64][2], flags[64];
-    assert_true(edges <= 64);
+    static int32_t verts[1024][2], flags[1024];
+    assert_true(edges <= 1024);
     const delmesh_view_mut v = {verts, edges, 0, DELMESH_INT32, 2}, f = {flags, edges, 0, DELMESH_INT32, 1};
     assert_int_equal(delmesh_mesh_read(mesh, DELMESH_EDGE_VERT, &v), DELMESH_OK);
     assert_int_equal(delmesh_mesh_read(mesh, DELMESH_EDGE_FLAGS, &f), DELMESH_OK);
@@ -312,6 +313,227 @@ static void sides_of_a_seam(void** state) {
     delmesh_mesh_destroy(mesh);
 }
 
+/* A cube of side 4 in 6 x 16 quads. Texture: in `charts`, six; else four sides as one strip around z with a seam at the edge where
+ * it ends, and two lids. */
+typedef struct {
+    float points[98][3], uv[384][2];
+    int32_t quads[384], sizes[96];
+} Cube;
+
+static void unwrap(int charts, int side, const double* x, double* uv) {
+    const int a = side / 2, s = side % 2;
+    if (charts || a == 2) {
+        uv[0] = 20.0 * (1 + side) + x[(a + 1) % 3];
+        uv[1] = x[(a + 2) % 3];
+    } else { /* counter-clockwise from the edge x = 4, y = 0: sides x = 4, y = 4, x = 0, y = 0 */
+        const double way = a == 0 ? (s ? x[1] : 12 - x[1]) : (s ? 8 - x[0] : 12 + x[0]);
+        uv[0] = way;
+        uv[1] = x[2];
+    }
+}
+
+static void make_cube(int charts, Cube* cube) {
+    int32_t number[5][5][5];
+    memset(number, -1, sizeof number);
+    int32_t verts = 0, quads = 0;
+    for (int side = 0; side < 6; ++side)
+        for (int q = 0; q < 16; ++q, ++quads) {
+            cube->sizes[quads] = 4;
+            for (int k = 0; k < 4; ++k) {
+                const int a = side / 2, s = side % 2, turned = s ? k : 3 - k;
+                int at[3];
+                at[a] = 4 * s;
+                at[(a + 1) % 3] = q % 4 + (turned == 1 || turned == 2);
+                at[(a + 2) % 3] = q / 4 + (turned >= 2);
+                int32_t* v = &number[at[0]][at[1]][at[2]];
+                if (*v < 0) {
+                    *v = verts++;
+                    for (int i = 0; i < 3; ++i) cube->points[*v][i] = (float)at[i];
+                }
+                const double x[3] = {at[0], at[1], at[2]};
+                double uv[2];
+                unwrap(charts, side, x, uv);
+                cube->quads[4 * quads + k] = *v;
+                for (int i = 0; i < 2; ++i) cube->uv[4 * quads + k][i] = (float)uv[i];
+            }
+        }
+    assert_int_equal(verts, 98);
+}
+
+enum { kMost = 512 };
+static struct {
+    double points[kMost][3], weights[3 * kMost][3];
+    int32_t verts[kMost][3], map[3 * kMost][3], edge_source[3 * kMost], ends[3 * kMost][2];
+} level;
+
+/* The texture of a level is that of the place, on every side, whichever edges are left; a source vertex has its own corner. */
+static void check_level_of_cube(const delmesh_mesh* mesh, const delmesh_mesh* in, int charts, const Cube* cube) {
+    const delmesh_mesh_info info = info_of(mesh);
+    assert_true(info.faces <= kMost && info.vertices <= kMost);
+    const delmesh_view_mut views[] = {
+        {level.points, info.vertices, 0, DELMESH_FLOAT64, 3}, {level.verts, info.corners, 0, DELMESH_INT32, 1},
+        {level.map, info.corners, 0, DELMESH_INT32, 3},       {level.weights, info.corners, 0, DELMESH_FLOAT64, 3},
+        {level.edge_source, info.edges, 0, DELMESH_INT32, 1}, {level.ends, info.edges, 0, DELMESH_INT32, 2}};
+    const int32_t arrays[] = {DELMESH_POSITION,          DELMESH_CORNER_VERT,      DELMESH_CORNER_MAP_CORNER,
+                              DELMESH_CORNER_MAP_WEIGHT, DELMESH_EDGE_SOURCE_EDGE, DELMESH_EDGE_VERT};
+    for (int i = 0; i < 6; ++i) assert_int_equal(delmesh_mesh_read(mesh, arrays[i], &views[i]), DELMESH_OK);
+    for (int64_t f = 0; f < info.faces; ++f) {
+        int side = -1;
+        for (int s = 0; s < 6; ++s) {
+            int on = 0;
+            for (int k = 0; k < 3; ++k) on += fabs(level.points[level.verts[f][k]][s / 2] - 4 * (s % 2)) < 1e-5;
+            if (on == 3) side = s;
+        }
+        assert_true(side >= 0);
+        for (int k = 0; k < 3; ++k) {
+            const int64_t c = 3 * f + k;
+            const double* x = level.points[level.verts[f][k]];
+            double want[2], have[2] = {0, 0};
+            unwrap(charts, side, x, want);
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 2; ++j) have[j] += level.weights[c][i] * (double)cube->uv[level.map[c][i]][j];
+            assert_true(fabs(have[0] - want[0]) < 1e-5 && fabs(have[1] - want[1]) < 1e-5);
+            int whole = 1;
+            for (int i = 0; i < 3; ++i) whole = whole && (x[i] == 0 || x[i] == 4);
+            if (whole && charts) assert_true(level.weights[c][0] == 1 && have[0] == want[0] && have[1] == want[1]);
+        }
+    }
+    /* Edges of the source: those of seams and features, on the same edge of the cube. */
+    static int32_t source_ends[kMost][2];
+    const int64_t edges = info_of(in).edges;
+    const delmesh_view_mut ends = {source_ends, edges, 0, DELMESH_INT32, 2};
+    assert_true(edges <= kMost);
+    assert_int_equal(delmesh_mesh_read(in, DELMESH_EDGE_VERT, &ends), DELMESH_OK);
+    for (int64_t e = 0; e < info.edges; ++e) {
+        const int32_t source = level.edge_source[e], flags = flags_of(mesh, level.ends[e][0], level.ends[e][1]);
+        assert_true((source >= 0) == ((flags & (DELMESH_EDGE_UV | DELMESH_EDGE_FEATURE)) != 0));
+        if (source < 0) continue;
+        int shared = 0; /* planes of sides with both */
+        for (int s = 0; s < 6; ++s) {
+            int on = 0;
+            for (int k = 0; k < 2; ++k) {
+                on += fabs(level.points[level.ends[e][k]][s / 2] - 4 * (s % 2)) < 1e-5;
+                on += cube->points[source_ends[source][k]][s / 2] == (float)(4 * (s % 2));
+            }
+            shared += on == 4;
+        }
+        assert_true(shared >= 2);
+    }
+}
+
+static void levels_know_their_side(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    for (int charts = 0; charts < 2; ++charts) {
+        static Cube cube;
+        make_cube(charts, &cube);
+        const delmesh_layer l = layer(DELMESH_LAYER_UV, view(cube.uv, 384, DELMESH_FLOAT32, 2));
+        delmesh_mesh_desc desc;
+        delmesh_mesh_desc_init(&desc, sizeof desc);
+        desc.positions = view(cube.points, 98, DELMESH_FLOAT32, 3);
+        desc.corner_verts = view(cube.quads, 384, DELMESH_INT32, 1);
+        desc.face_sizes = view(cube.sizes, 96, DELMESH_INT32, 1);
+        desc.layers = &l;
+        desc.layer_count = 1;
+        delmesh_mesh* mesh = make(context, &desc);
+        for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode)
+            for (int32_t quality = 0; quality <= 6; quality += 6) {
+                const delmesh_target targets[] = {{DELMESH_TARGET_FULL, 0, 0},
+                                                  {DELMESH_TARGET_FACES, 0, 96},
+                                                  {DELMESH_TARGET_FACES, 0, 30},
+                                                  {DELMESH_TARGET_FACES, 0, 12}};
+                delmesh_decimate_options options;
+                delmesh_decimate_options_init(&options, sizeof options);
+                options.prepare = mode;
+                options.quality = quality;
+                options.map = 1;
+                delmesh_mesh* out[4];
+                assert_status(delmesh_lod_family(context, mesh, targets, 4, &options, out, NULL, NULL), context, DELMESH_OK);
+                for (int i = 0; i < 4; ++i) {
+                    check_level_of_cube(out[i], mesh, charts, &cube);
+                    if (i == 3 && charts) assert_int_equal(info_of(out[i]).faces, 12);
+                    delmesh_mesh_destroy(out[i]);
+                }
+            }
+        /* Borders hold a level up, until they are released. */
+        for (int released = 0; released < 2 * charts; ++released) {
+            const delmesh_target least = {DELMESH_TARGET_FACES, 0, 0};
+            delmesh_decimate_options options;
+            delmesh_decimate_options_init(&options, sizeof options);
+            options.map = 1;
+            options.release = released ? DELMESH_EDGE_UV : 0;
+            delmesh_mesh* out;
+            assert_status(delmesh_decimate(context, mesh, &least, &options, &out, NULL, NULL), context, DELMESH_OK);
+            assert_true(released ? info_of(out).faces < 12 : info_of(out).faces == 12);
+            delmesh_mesh_destroy(out);
+        }
+        delmesh_mesh_destroy(mesh);
+    }
+}
+
+/* A bumpy cube, whose seams and islands of another material move and vanish: no triangle has corners on two sides. */
+static void nothing_straddles(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    static Cube cube;
+    int32_t material[96];
+    make_cube(0, &cube);
+    for (int v = 0; v < 98; ++v)
+        for (int k = 0; k < 3; ++k) cube.points[v][k] += 0.04f * (float)((v * (7 + 4 * k)) % 11 - 5);
+    for (int q = 0; q < 96; ++q) material[q] = q % 16 == 5 || q % 16 == 10;
+    const delmesh_layer layers[] = {layer(DELMESH_LAYER_UV, view(cube.uv, 384, DELMESH_FLOAT32, 2)),
+                                    layer(DELMESH_LAYER_MATERIAL, view(material, 96, DELMESH_INT32, 1))};
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = view(cube.points, 98, DELMESH_FLOAT32, 3);
+    desc.corner_verts = view(cube.quads, 384, DELMESH_INT32, 1);
+    desc.face_sizes = view(cube.sizes, 96, DELMESH_INT32, 1);
+    desc.layers = layers;
+    desc.layer_count = 2;
+    delmesh_mesh* mesh = make(context, &desc);
+    for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode)
+        for (int32_t quality = 0; quality <= 6; quality += 6) {
+            enum { kLevels = 6 };
+            const delmesh_target targets[kLevels] = {{DELMESH_TARGET_FULL, 0, 0},   {DELMESH_TARGET_FACES, 0, 150},
+                                                     {DELMESH_TARGET_FACES, 0, 96}, {DELMESH_TARGET_FACES, 0, 60},
+                                                     {DELMESH_TARGET_FACES, 0, 30}, {DELMESH_TARGET_FACES, 0, 0}};
+            delmesh_decimate_options options;
+            delmesh_decimate_options_init(&options, sizeof options);
+            options.prepare = mode;
+            options.quality = quality;
+            options.map = 1;
+            delmesh_mesh* out[kLevels];
+            assert_status(delmesh_lod_family(context, mesh, targets, kLevels, &options, out, NULL, NULL), context, DELMESH_OK);
+            for (int i = 0; i < kLevels; ++i) {
+                const delmesh_mesh_info info = info_of(out[i]);
+                static int32_t map[6 * kMost][3], polygon[2 * kMost];
+                static double weights[6 * kMost][3];
+                assert_true(info.faces <= 2 * kMost);
+                const delmesh_view_mut views[] = {{map, info.corners, 0, DELMESH_INT32, 3},
+                                                  {weights, info.corners, 0, DELMESH_FLOAT64, 3},
+                                                  {polygon, info.faces, 0, DELMESH_INT32, 1}};
+                const int32_t arrays[] = {DELMESH_CORNER_MAP_CORNER, DELMESH_CORNER_MAP_WEIGHT, DELMESH_FACE_SOURCE};
+                for (int k = 0; k < 3; ++k) assert_int_equal(delmesh_mesh_read(out[i], arrays[k], &views[k]), DELMESH_OK);
+                double area = 0, backwards = 0;
+                for (int64_t f = 0; f < info.faces; ++f) {
+                    double uv[3][2] = {{0, 0}, {0, 0}, {0, 0}};
+                    for (int k = 0; k < 9; ++k) {
+                        const int64_t c = 3 * f + k / 3;
+                        const int32_t corner = map[c][k % 3];
+                        assert_int_equal(material[corner / 4], material[polygon[f]]);
+                        for (int j = 0; j < 2; ++j) uv[k / 3][j] += weights[c][k % 3] * (double)cube.uv[corner][j];
+                    }
+                    const double size =
+                        0.5 * ((uv[1][0] - uv[0][0]) * (uv[2][1] - uv[0][1]) - (uv[2][0] - uv[0][0]) * (uv[1][1] - uv[0][1]));
+                    area += size;
+                    backwards -= fmin(size, 0);
+                }
+                /* The strip has 64, one lid 16, the other, which looks the other way, -16. */
+                if (info.faces >= 60) assert_true(fabs(area - 64) < 4 && backwards < 17);
+                delmesh_mesh_destroy(out[i]);
+            }
+        }
+    delmesh_mesh_destroy(mesh);
+}
+
 static void expect(delmesh_context* context, const delmesh_mesh_desc* desc, int32_t status, const char* sentence) {
     delmesh_mesh* mesh = (delmesh_mesh*)(uintptr_t)1;
     assert_int_equal(delmesh_mesh_create(context, desc, &mesh), status);
@@ -382,6 +604,8 @@ int main(void) {
         cmocka_unit_test(marks_and_numbers_of_edges),
         cmocka_unit_test(textures_lie_still),
         cmocka_unit_test(sides_of_a_seam),
+        cmocka_unit_test(levels_know_their_side),
+        cmocka_unit_test(nothing_straddles),
         cmocka_unit_test(wrong_layers),
     };
     return cmocka_run_group_tests_name("layers", tests, setup, teardown);
