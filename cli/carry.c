@@ -221,11 +221,6 @@ int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* m
         const delmesh_view values = view_of(from);
         const delmesh_view_mut target = {to.values, to.count, 0, to.type, to.components};
         const int32_t status = ok ? delmesh_transfer(context, mesh, from->domain, policy_of(from), &values, &target) : DELMESH_OK;
-        if (status == DELMESH_ERROR_INVALID_ARGUMENT && from->domain == DELMESH_DOMAIN_CORNER) { /* levels, for now */
-            layer_free(&to);
-            ok = mesh_file_lose(&carry->lost, failure, "%s: the result has no map of its corners", layer_name(from));
-            continue;
-        }
         if (status != DELMESH_OK) {
             layer_free(&to);
             return status;

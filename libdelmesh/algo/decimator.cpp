@@ -262,15 +262,20 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
 }
 
 // Kept edges may not be flipped, so lines that are close to each other cannot get coarser than they are far apart. What the rest is
-// made to pay for that is out of proportion where many of them would have gone long ago.
+// made to pay for that is out of proportion where many of them would have gone long ago. Features by their angle end a run as soon as
+// that shows; what came with the mesh, such as a texture's seams, has to be paid for, and does only where the surface is about to go.
 bool Decimator::lines_hold_back() const {
     constexpr double kCheap = 0.01; // of the dearest collapse: a tenth of the distance
     constexpr int64_t kMany = 4;    // one of them for so many vertices
     constexpr double kSeen = 1e-12; // a thousandth of the model's size over a millionth of its square; below that it may be noise
+    constexpr double kFar =
+        1e-5; // a distance of 0.3 % of the model's size, squared, for each vertex's share of a square of that size
     if (cost < kSeen) return false;
+    const bool is_far = cost * static_cast<double>(vertices_left) > kFar;
     int64_t held = 0;
     for (int32_t c = 0; c < s.corners(); ++c) {
-        if (!s.is_kept(c) || s.twin(c) < c || s.is_dead(face_of(c))) continue;
+        const bool looked_at = (s.corner_bits[c] & kEdgeFeature) != 0 || (is_far && s.is_kept(c));
+        if (!looked_at || s.twin(c) < c || s.is_dead(face_of(c))) continue;
         const Vertex &p = verts[s.vert(c)], &q = verts[s.head(c)];
         if (p.kind == Kind::corner && q.kind == Kind::corner) continue; // that is what corners are for
         const Quadric sum = p.quadric + q.quadric;
