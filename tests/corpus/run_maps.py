@@ -2,7 +2,9 @@
 """The law of surface maps over real meshes with UVs and materials (docs/attributes.md): remeshes in all modes, and levels of all
 modes with relaxation and without.
 
-    run_maps.py [--only TEXT] [--verbose]
+    run_maps.py [--short] [--only TEXT] [--verbose]
+
+--short: the tube and the smallest mesh, for ctest; the whole takes about ten minutes on two cores.
 
 A tube that is made here, and meshes of the shared data where these are.
 The library is that of DELMESH_LIBRARY, the package that of PYTHONPATH. Borders and charts are found here, by brute force from the
@@ -35,6 +37,7 @@ from delmesh import _library
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DATA = pathlib.Path(os.environ.get("DELMESH_SHARED", ROOT.parent / "shared")) / "data" / "clean"
 MESHES = ("pizza.obj.gz", "spot_subdiv.obj.gz", "blub_triangulated.obj", "joint.obj.gz", "spot_control_mesh.obj", "catmark_car.obj")
+SHORT = ("spot_control_mesh.obj",)
 MODES = {"preserve": 0, "flip": 1, "feature": 2}
 RATIOS = (0.5, 0.1, 0.02)
 POSITION, CORNER_VERT, CORNER_EDGE, FACE_SOURCE, EDGE_FLAGS, CORNER_TWIN, MAP_CORNER, MAP_WEIGHT, EDGE_SOURCE = \
@@ -315,13 +318,14 @@ def check_mesh(tally, source):
 def main():
     global library
     parser = argparse.ArgumentParser()
+    parser.add_argument("--short", action="store_true")
     parser.add_argument("--only", default="")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
     library, tally, skipped = _library.library(), Tally(options.verbose), 0
     if options.only in "tube":
         check_mesh(tally, tube())
-    for name in MESHES:
+    for name in SHORT if options.short else MESHES:
         if options.only not in name:
             continue
         if (DATA / name).exists():
