@@ -284,7 +284,7 @@ void trace_vertices(const Surface& s, const Numbers& numbers, VertexTraces& trac
         else
             traces.line.push_back({-1, -1, 0});
     }
-    traces.face.copy_from(s.face_src);
+    traces.same = std::min(numbers.base, s.first_copy);
 }
 
 } // namespace
@@ -358,12 +358,14 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
     const bool same_faces = s.faces() == in.faces() && s.dead_faces == 0;
     const bool look_through = in.imported && !in.face_source.empty();
     if (look_through || !same_faces) {
+        if (traces != nullptr) traces->face.copy_from(s.face_src);
         if (look_through)
             DM_TRY(context.parallel(s.face_src.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
                 for (int64_t f = begin; f < end; ++f) s.face_src[f] = in.face_source[s.face_src[f]];
             }));
         out.face_source = std::move(s.face_src);
-    }
+    } else if (traces != nullptr)
+        traces->face = std::move(s.face_src);
     out.corner_vert = std::move(s.corner_vert);
     out.corner_twin = std::move(s.corner_twin);
     out.corner_bits = std::move(s.corner_bits);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "algo/surface_map.h"
 
+#include <algorithm>
+#include <climits>
+
 #include "algo/parallel_slices.h"
 #include "geom/closest_point.h"
 
@@ -103,41 +106,101 @@ namespace {
 class Mapping {
 public:
     Mapping(Context& context, const Mesh& in, EdgeBits kept, const VertexTraces& traces, Mesh& out)
-        : context_(context), in_(in), kept_(kept), traces_(traces), out_(out), sheets_(context.memory(), in, kept),
-          first_(context.memory()) {}
+        : context_(context), in_(in), kept_(kept), traces_(traces), out_(out), sheets_(context.memory(), in, kept) {}
 
     Status run() {
         DM_TRY(sheets_.begin(context_));
-        DM_TRY(find_first_corners(context_, out_, first_));
-        // A vertex that is none of the source's takes a place for each of its sectors.
-        const int64_t blocks = block_count(out_.vertices(), kGrain);
-        Array<int64_t> places(context_.memory(), blocks + 1, 0);
-        DM_TRY(context_.parallel(out_.vertices(), kGrain, [&](int64_t block, int64_t begin, int64_t end) {
-            for (int32_t v = static_cast<int32_t>(begin); v < end; ++v)
-                if (first_[v] >= 0 && traces_.vert[v] < 0) places[block + 1] += sectors(v);
-        }));
-        for (int64_t b = 0; b < blocks; ++b) places[b + 1] += places[b];
-        out_.corner_places.resize_uninitialized(places[blocks]);
-        out_.corner_map.resize_uninitialized(out_.corners());
-        DM_TRY(parallel_slices(context_, out_.vertices(), kGrain, 0.2, 0.8, [&](int64_t block, int64_t begin, int64_t end) {
-            int64_t next = places[block];
-            for (int32_t v = static_cast<int32_t>(begin); v < end; ++v) {
-                if (first_[v] < 0) continue;
-                if (traces_.vert[v] >= 0)
-                    map_source_vertex(v, traces_.vert[v]);
-                else
-                    map_other_vertex(v, traces_.line[~traces_.vert[v]], next);
-            }
-        }));
+        Array<int32_t> changed(context_.memory()); // faces
+        DM_TRY(map_kept_faces(changed));
+        if (!changed.empty()) DM_TRY(map_changed_faces(changed));
         DM_TRY(map_edges());
         out_.has_map = true;
         return DELMESH_OK;
     }
 
 private:
+    static constexpr int32_t kUnknown = INT32_MIN;
+
+    // Most faces are the source's; their corners are too.
+    Status map_kept_faces(Array<int32_t>& changed) {
+        const int32_t faces = out_.faces();
+        constexpr int64_t kFaces = 1 << 14;
+        Array<int32_t> counts(context_.memory(), block_count(faces, kFaces), 0);
+        out_.corner_map.resize_uninitialized(out_.corners());
+        DM_TRY(context_.parallel(faces, kFaces, [&](int64_t block, int64_t begin, int64_t end) {
+            const int32_t *const vert = out_.corner_vert.data(), *const source = in_.corner_vert.data();
+            int32_t* const map = out_.corner_map.data();
+            int32_t count = 0;
+            for (int64_t f = begin; f < end; ++f) {
+                const int32_t g = 3 * traces_.face.data()[f];
+                bool same = true;
+                for (int k = 0; k < 3; ++k) same &= vert[3 * f + k] == source[g + k] && source[g + k] < traces_.same;
+                for (int k = 0; k < 3; ++k) map[3 * f + k] = same ? g + k : kUnknown;
+                count += !same;
+            }
+            counts[block] = count;
+        }));
+        int64_t all = 0;
+        for (const int32_t count : counts) all += count;
+        changed.reserve(all);
+        for (int64_t block = 0; block < counts.size(); ++block)
+            for (int64_t f = block * kFaces; counts[block] != 0 && f < std::min<int64_t>(faces, (block + 1) * kFaces); ++f)
+                if (out_.corner_map[3 * f] == kUnknown) changed.push_back(static_cast<int32_t>(f));
+        return DELMESH_OK;
+    }
+
+    Status map_changed_faces(const Array<int32_t>& changed) {
+        Memory& memory = context_.memory();
+        Array<uint8_t> bordered(memory); // vertices with kept edges; empty: none
+        if (std::any_of(out_.corner_bits.begin(), out_.corner_bits.end(), [&](EdgeBits bits) { return (bits & kept_) != 0; })) {
+            bordered.assign(out_.vertices(), 0);
+            for (int32_t c = 0; c < out_.corners(); ++c)
+                if (is_kept(out_, c, kept_)) bordered[out_.corner_vert[c]] = bordered[out_.corner_vert[next_corner(c)]] = 1;
+        }
+        DM_TRY(context_.progress(0.2));
+        // Around a source vertex without kept edges there is one sector, so that every corner can be looked at alone.
+        DM_TRY(parallel_slices(context_, changed.size(), kGrain, 0.2, 0.3, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i)
+                for (int32_t c = 3 * changed[i]; c < 3 * changed[i] + 3; ++c) {
+                    const int32_t v = out_.corner_vert[c];
+                    if (traces_.vert[v] >= 0 && (bordered.empty() || bordered[v] == 0))
+                        out_.corner_map[c] = corner_nearby(c, traces_.vert[v]);
+                }
+        }));
+        // Each other vertex once, with one of its corners.
+        Array<int32_t> of_source(memory), of_lines(memory, traces_.line.size(), -1);
+        for (const int32_t f : changed)
+            for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
+                const int32_t v = out_.corner_vert[c];
+                if (traces_.vert[v] < 0)
+                    of_lines[~traces_.vert[v]] = c;
+                else if (!bordered.empty() && bordered[v] == 1) {
+                    bordered[v] = 2;
+                    of_source.push_back(c);
+                }
+            }
+        DM_TRY(parallel_slices(context_, of_source.size(), kGrain, 0.3, 0.4, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i) map_source_vertex(of_source[i]);
+        }));
+        // A vertex that is none of the source's takes a place for each of its sectors.
+        const int64_t blocks = block_count(of_lines.size(), kGrain);
+        Array<int64_t> places(memory, blocks + 1, 0);
+        DM_TRY(context_.parallel(of_lines.size(), kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i)
+                if (of_lines[i] >= 0) places[block + 1] += sectors(of_lines[i]);
+        }));
+        for (int64_t b = 0; b < blocks; ++b) places[b + 1] += places[b];
+        out_.corner_places.resize_uninitialized(places[blocks]);
+        return parallel_slices(context_, of_lines.size(), kGrain, 0.4, 0.8, [&](int64_t block, int64_t begin, int64_t end) {
+            int64_t next = places[block];
+            for (int64_t i = begin; i < end; ++i)
+                if (of_lines[i] >= 0) map_other_vertex(of_lines[i], traces_.line[i], next);
+        });
+    }
+
     bool is_border(int32_t c) const { return out_.corner_twin[c] < 0 || is_kept(out_, c, kept_); }
 
-    // body(c) for the corners around v, counter-clockwise from `start`; the boundary ends it.
+    // body(c) for the corners around a vertex, counter-clockwise from `start`; the boundary ends it.
     template <class Body>
     void around(int32_t start, Body&& body) const {
         int32_t c = start;
@@ -146,28 +209,53 @@ private:
             c = rotate(out_, c);
         } while (c >= 0 && c != start);
     }
-    // A corner with which a sector begins: whose edge is a border. Any, if there is none.
-    int32_t sector_start(int32_t v) const {
-        int32_t start = -1;
-        around(first_[v], [&](int32_t c) {
-            if (start < 0 && is_border(c)) start = c;
-        });
-        return start < 0 ? first_[v] : start;
+    // A corner of the same vertex with which a sector begins, whose edge is a border: where there is a boundary, that of the fan.
+    // Any, if there is none.
+    int32_t sector_start(int32_t corner) const {
+        int32_t start = corner, c = corner;
+        do { // clockwise
+            if (is_border(c)) start = c;
+            if (out_.corner_twin[c] < 0) break;
+            c = next_corner(out_.corner_twin[c]);
+        } while (c != corner);
+        return start;
     }
-    int64_t sectors(int32_t v) const {
+    int64_t sectors(int32_t corner) const {
         int64_t borders = 0;
-        around(first_[v], [&](int32_t c) { borders += is_border(c); });
+        around(sector_start(corner), [&](int32_t c) { borders += is_border(c); });
         return borders > 0 ? borders : 1;
     }
 
     // ---- a vertex of the source
 
-    void map_source_vertex(int32_t v, int32_t source) {
-        if (sheets_.first[source] < 0) return map_anyhow(v, source);
+    // The source's corner of that vertex in the face that c's was, or -1 if that has none.
+    int32_t own_corner(int32_t c, int32_t source) const {
+        const int32_t face = traces_.face.data()[face_of(c)];
+        for (int32_t k = 3 * face; k < 3 * face + 3; ++k)
+            if (in_.corner_vert.data()[k] == source) return k;
+        return -1;
+    }
+    // Or in a face beside it, or else anywhere.
+    int32_t corner_nearby(int32_t c, int32_t source) const {
+        const int32_t t = out_.corner_twin[c], r = rotate(out_, c);
+        int32_t k = own_corner(c, source);
+        if (k < 0 && t >= 0) k = own_corner(next_corner(t), source);
+        if (k < 0 && r >= 0) k = own_corner(r, source);
+        if (k < 0) k = sheets_.first[source];
+        return k >= 0 ? k : 3 * traces_.face[face_of(c)] + c % 3; // a repair took all of its faces away
+    }
+
+    // With kept edges, sector by sector.
+    void map_source_vertex(int32_t corner) {
+        const int32_t source = traces_.vert[out_.corner_vert[corner]];
+        const bool any = sheets_.first[source] >= 0;
         int32_t from = -1; // of the source's sector, its first corner
-        around(sector_start(v), [&](int32_t c) {
-            if (from < 0 || is_border(c)) from = sector_of(c, source);
-            out_.corner_map[c] = corner_in_sector(c, source, from);
+        int32_t last = -1; // the source's corner of the face before, in the sector
+        around(sector_start(corner), [&](int32_t c) {
+            if (any && (from < 0 || is_border(c))) from = sector_of(c, source), last = -1;
+            if (out_.corner_map[c] == kUnknown)
+                out_.corner_map[c] = any ? corner_in_sector(c, source, from, last) : corner_nearby(c, source);
+            last = out_.corner_map[c];
         });
     }
 
@@ -184,11 +272,10 @@ private:
         return found >= 0 && in_.corner_vert[found] == source ? found : sheets_.first[source];
     }
 
-    int32_t corner_in_sector(int32_t c, int32_t source, int32_t from) const {
-        const int32_t face = traces_.face[face_of(c)];
-        int32_t own = -1; // where the face is still there, or one in its place
-        for (int32_t k = 3 * face; k < 3 * face + 3; ++k)
-            if (in_.corner_vert[k] == source) own = k;
+    // Where the face is still there, or one in its place, its own; else that of the face before; else the one that looks the same way.
+    int32_t corner_in_sector(int32_t c, int32_t source, int32_t from, int32_t last) const {
+        const int32_t own = own_corner(c, source);
+        if (own < 0 && last >= 0) return last;
         int32_t best = from;
         double most = -HUGE_VAL;
         const Vec3 way = own < 0 ? gaze(out_, c) : Vec3{0, 0, 0};
@@ -205,22 +292,17 @@ private:
         return best;
     }
 
-    // No face is left there: a repair took them away.
-    void map_anyhow(int32_t v, int32_t) {
-        around(first_[v], [&](int32_t c) { out_.corner_map[c] = 3 * traces_.face[face_of(c)] + c % 3; });
-    }
-
     // ---- one that was added
 
-    void map_other_vertex(int32_t v, const VertexTraces::Line& line, int64_t& next) {
-        const Vec3 x = out_.position(v);
+    void map_other_vertex(int32_t corner, const VertexTraces::Line& line, int64_t& next) {
+        const Vec3 x = out_.position(out_.corner_vert[corner]);
         const int32_t edge = line.a < 0 ? -1 : sheets_.find_edge(line.a, line.b);
         int64_t place = -1;
-        const int32_t start = sector_start(v);
+        const int32_t start = sector_start(corner);
         around(start, [&](int32_t c) {
             if (place < 0 || is_border(c)) {
                 place = next++;
-                out_.corner_places[place] = edge < 0 ? closest(c, x) : on_edge(edge, line, on_left(c, v, line));
+                out_.corner_places[place] = edge < 0 ? closest(c, x) : on_edge(edge, line, on_left(c, line));
             }
             out_.corner_map[c] = ~static_cast<int32_t>(place);
         });
@@ -228,12 +310,11 @@ private:
 
     // Does the sector that begins with the corner c lie to the left of the line from a to b? Its first edge then runs along the line, or,
     // where the line is no border, it does not matter. (A boundary has one side.)
-    bool on_left(int32_t c, int32_t v, const VertexTraces::Line& line) const {
+    bool on_left(int32_t c, const VertexTraces::Line& line) const {
         const int32_t end = traces_.vert[out_.corner_vert[next_corner(c)]];
         if (end >= 0) return end == line.b;
         const VertexTraces::Line& other = traces_.line[~end];
         const double here = line.t, there = other.a == line.a ? other.t : 1 - other.t;
-        static_cast<void>(v);
         return there > here;
     }
 
@@ -263,34 +344,55 @@ private:
 
     // ---- edges
 
-    Status map_edges() {
-        Array<int32_t> number(context_.memory(), in_.corners()); // of the source's edges
-        const auto is_first = [](const Mesh& mesh, int32_t c) { return mesh.corner_twin[c] < 0 || c < mesh.corner_twin[c]; };
-        int32_t edges = 0;
-        for (int32_t c = 0; c < in_.corners(); ++c) number[c] = is_first(in_, c) ? edges++ : number[in_.corner_twin[c]];
-        DM_TRY(context_.progress(0.85));
-        Array<int32_t>& source = out_.edge_source;
-        source.reserve((out_.corners() + 1) / 2);
-        constexpr int32_t kPiece = 1 << 16;
-        for (int32_t begin = 0; begin < out_.corners(); begin += kPiece) {
-            DM_TRY(context_.progress(0.85 + 0.15 * begin / out_.corners()));
-            for (int32_t c = begin; c < std::min(out_.corners(), begin + kPiece); ++c) {
-                if (!is_first(out_, c)) continue;
-                const int32_t edge = (out_.corner_bits[c] & kEdgeSource) != 0 ? source_edge(c) : -1;
-                source.push_back(edge < 0 ? -1 : number[edge]);
+    // body(c, e) for the first corners of all edges, in parallel: e is the edge's number.
+    template <class Body>
+    Status for_edges(const Mesh& mesh, Body&& body) {
+        constexpr int64_t kCorners = 3 << 14;
+        const int32_t* const twin = mesh.corner_twin.data();
+        const auto is_first = [twin](int32_t c) {
+            return static_cast<uint32_t>(c) < static_cast<uint32_t>(twin[c]);
+        }; // < 0 is large
+        Array<int32_t> edges(context_.memory(), block_count(mesh.corners(), kCorners) + 1, 0);
+        DM_TRY(context_.parallel(mesh.corners(), kCorners, [&](int64_t block, int64_t begin, int64_t end) {
+            int32_t count = 0;
+            for (int32_t c = static_cast<int32_t>(begin); c < end; ++c) count += is_first(c) ? 1 : 0;
+            edges[block + 1] = count;
+        }));
+        for (int64_t b = 1; b < edges.size(); ++b) edges[b] += edges[b - 1];
+        return context_.parallel(mesh.corners(), kCorners, [&](int64_t block, int64_t begin, int64_t end) {
+            // Which corners are the first no one can predict: they are found without a branch, then looked at.
+            constexpr int32_t kBatch = 256;
+            int32_t found[kBatch], edge = edges[block];
+            for (int32_t from = static_cast<int32_t>(begin); from < end; from += kBatch) {
+                const int32_t to = std::min(from + kBatch, static_cast<int32_t>(end));
+                int32_t count = 0;
+                for (int32_t c = from; c < to; ++c) {
+                    found[count] = c;
+                    count += is_first(c);
+                }
+                for (int32_t i = 0; i < count; ++i) body(found[i], edge++);
             }
-        }
-        return DELMESH_OK;
+        });
+    }
+
+    Status map_edges() {
+        Array<int32_t> number(context_.memory(), in_.corners()); // of the source's edges, at their first corners
+        DM_TRY(for_edges(in_, [&](int32_t c, int32_t edge) { number.data()[c] = edge; }));
+        DM_TRY(context_.progress(0.85));
+        out_.edge_source.resize_uninitialized(out_.counts.edges);
+        return for_edges(out_, [&](int32_t c, int32_t edge) {
+            int32_t source = (out_.corner_bits.data()[c] & kEdgeSource) != 0 ? source_edge(c) : -1;
+            if (source >= 0 && in_.corner_twin.data()[source] >= 0) source = std::min(source, in_.corner_twin.data()[source]);
+            out_.edge_source.data()[edge] = source < 0 ? -1 : number.data()[source];
+        });
     }
 
     // The source's corner of the edge that c's is a piece of.
     int32_t source_edge(int32_t c) const {
         const int32_t p = traces_.vert[out_.corner_vert[c]], q = traces_.vert[out_.corner_vert[next_corner(c)]];
         if (p >= 0 && q >= 0) {
-            // Mostly the face is still there.
-            const int32_t face = traces_.face[face_of(c)];
-            for (int32_t k = 3 * face; k < 3 * face + 3; ++k)
-                if (in_.corner_vert[k] == p && in_.corner_vert[next_corner(k)] == q) return k;
+            const int32_t k = out_.corner_map.data()[c]; // mostly the face is still there
+            if (k >= 0 && in_.corner_vert.data()[next_corner(k)] == q) return k;
             return sheets_.find_edge(p, q);
         }
         const VertexTraces::Line& line = traces_.line[p < 0 ? ~p : ~q];
@@ -303,7 +405,6 @@ private:
     const VertexTraces& traces_;
     Mesh& out_;
     Sheets sheets_;
-    Array<int32_t> first_; // of the result
 };
 
 } // namespace

@@ -54,6 +54,7 @@ struct VertexTraces {
     };
     Array<int32_t> vert; // per vertex of the result: the vertex of the source that it is; ~i: line[i]
     Array<Line> line;
+    int32_t same = 0;    // the first so many vertices are the source's, with the same numbers
     Array<int32_t> face; // per face of the result: one of the source, not far away, on the same side of all kept edges
 };
 
