@@ -50,6 +50,22 @@ def view(values, name, components, floating=False, bytes_too=False):
                               components), array
 
 
+def rows_view(array):
+    """-> (delmesh_view, the array behind it) of an (n, ...) array of a type that a view can have: a row is an element."""
+    rows = array.reshape(len(array), int(np.prod(array.shape[1:])))
+    packed_inside = rows.shape[1] == 1 or rows.strides[1] == rows.itemsize
+    if not (rows.flags.aligned and packed_inside and rows.strides[0] >= rows.itemsize * rows.shape[1]):
+        rows = np.ascontiguousarray(rows)
+    return _capi.delmesh_view(rows.ctypes.data, len(rows), rows.strides[0], _TYPES[rows.dtype.kind, rows.itemsize],
+                              rows.shape[1]), rows
+
+
+def rows_view_mut(array):
+    """The same for a contiguous array that is written."""
+    view, _ = rows_view(array)
+    return _capi.delmesh_view_mut(view.data, view.count, view.stride, view.type, view.components)
+
+
 def view_mut(array, name):
     """The same for an array that is written; it is taken as it is or refused."""
     usable = isinstance(array, np.ndarray) and array.flags.writeable and array.flags.aligned and array.dtype.isnative

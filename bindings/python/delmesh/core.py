@@ -12,24 +12,23 @@ from __future__ import annotations
 
 import contextlib
 import ctypes as C
+import re
 import signal
 import threading
 import typing
 import weakref
-from typing import Any, Callable, Literal, NamedTuple, Sequence, TypedDict
+from types import MappingProxyType
+from typing import Any, Callable, Literal, Mapping, NamedTuple, Sequence, TypedDict
 
 import numpy as np
 
-from . import _arrays, _capi, _reports
+from . import _arrays, _capi, _choices, _reports, layers as _layers
+from ._choices import names as _names
 from ._library import library as _default_library
 from ._reports import (CertifyReport, DecimateReport, DistanceReport, LevelReport, MeshInfo, PreserveEstimate, QualityReport,
                        RemeshReport)
 from .errors import BY_STATUS, Busy, DelmeshError, InvalidArgument
-
-
-def _names(prefix):
-    """{"preserve": 0, ...} of the constants that start with prefix."""
-    return {key.removeprefix(prefix).lower(): value for key, value in vars(_capi).items() if key.startswith(prefix)}
+from .layers import Layers
 
 
 _CHOICES = {"mode": _names("DELMESH_MODE_"), "placement": _names("DELMESH_PLACEMENT_"), "boundary": _names("DELMESH_BOUNDARY_"),
@@ -46,9 +45,9 @@ def _set_options(struct, options):
         choices = _CHOICES.get(name)
         if choices and not isinstance(value, int):
             text = np.dtype(value).name if name == "precision" else value
-            if text not in choices:
-                raise InvalidArgument(f"The option '{name}' was {value!r}, which is not one of {', '.join(choices)}.")
-            value = choices[text]
+            value = _choices.number(f"The option '{name}'", text, choices)
+        elif name == "release":
+            value = _choices.release(value)
         setattr(struct, name, value)
 
 
@@ -58,6 +57,7 @@ def _public(struct):
 
 Mode = Literal["preserve", "flip", "feature"]
 Boundary = Literal["nonobtuse", "ignore"]
+Release = typing.Union[str, Sequence[str], int]
 Progress = typing.Union[Callable[[float, str], Any], Any, None]  # the second: a tqdm bar, or its class
 if typing.TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -178,6 +178,7 @@ class Context:
 
     def __init__(self, threads=0, memory_limit=0, allocation_limit=0, log=None, library=None):
         self._library = library or _default_library()
+        self._threads = threads
         self._callbacks = _Callbacks(log)
         self._lock = threading.Lock()
         options = _initialised(self._library, _capi.delmesh_context_options)
@@ -248,13 +249,31 @@ class Mesh:
     corner_verts  (c,) the vertices of all polygons one after the other, with
     face_offsets  (m + 1,) where each begins, or face_sizes (m,)
     marked_edges  (e, 2) vertex pairs that remesh keeps in every mode
+    layers        {name: array or Layer}: values at vertices, corners, faces or edges, which go along to whatever is made of the mesh.
+                  Copied. See Layer for what is read from names and sizes
+    edges         (e, 2) vertex pairs: the edges that layers of edges, edge_marks and `edge_source` number
+    edge_marks    (e,) for each of `edges` 0 or EDGE_MARKED, EDGE_SHARP, EDGE_SEAM, EDGE_CREASE, added; True is EDGE_MARKED. Kept
+                  unless released
     weld          True: corners at bitwise equal positions share the first vertex
     strict        True: refuse what would have to be repaired; else `info` counts the repairs
     """
 
     def __init__(self, positions, faces=None, *, corner_verts=None, face_offsets=None, face_sizes=None, marked_edges=None,
-                 weld=False, strict=False, context=None, progress=None, cancel=None):
-        context = context or Context()
+                 layers: Layers | None = None, edges=None, edge_marks=None, weld=False, strict=False, context=None, progress=None,
+                 cancel=None):
+        self._create(context or Context(), progress, cancel, positions, faces, corner_verts, face_offsets, face_sizes, marked_edges,
+                     layers, edges, edge_marks, weld, strict, copy=True)
+
+    @classmethod
+    def _for_one_call(cls, context, cancel, positions, faces, layers, edges, edge_marks):
+        """A mesh that is gone before the caller can change its arrays."""
+        mesh = cls.__new__(cls)
+        mesh._create(context, None, cancel, positions, faces, None, None, None, None, layers, edges, edge_marks, False, False,
+                     copy=False)
+        return mesh
+
+    def _create(self, context, progress, cancel, positions, faces, corner_verts, face_offsets, face_sizes, marked_edges, layers,
+                edges, edge_marks, weld, strict, copy):
         if (faces is None) == (corner_verts is None):
             raise InvalidArgument("Exactly one of 'faces' and 'corner_verts' must be given.")
         desc = _initialised(context._library, _capi.delmesh_mesh_desc)
@@ -284,23 +303,56 @@ class Mesh:
         give("face_offsets", face_offsets, 1)
         give("face_sizes", face_sizes, 1, bytes_too=True)
         give("marked_edges", marked_edges, 2)
+        give("edge_verts", edges, 2)
+        if edge_marks is not None:
+            edge_marks = np.asarray(edge_marks)
+            if edge_marks.dtype.kind == "b":
+                edge_marks = edge_marks * np.int32(_capi.DELMESH_EDGE_MARKED)
+            give("edge_marks", edge_marks, 1, bytes_too=True)
+        resolved, named = {}, []
+        if layers:
+            if not isinstance(layers, Mapping) or not all(isinstance(name, str) for name in layers):
+                raise TypeError("expected 'layers' as {name: array}")
+            corners = np.asarray(faces if corner_verts is None else corner_verts).reshape(-1).astype(np.int64, copy=False)
+            counts = {"vertex": desc.positions.count, "corner": len(corners),
+                      "face": desc.face_sizes.count or max(desc.face_offsets.count - 1, 0) or len(corners) // 3}
+            if edges is not None:
+                counts["edge"] = desc.edge_verts.count
+            shape = faces.shape if faces is not None else None
+            resolved = {name: _layers.resolve(name, layer, counts, shape, copy) for name, layer in layers.items()}
+            structs, named = _layers.structs(resolved, corners, keep)
+            desc.layers, desc.layer_count = structs, len(structs)
         out = C.c_void_p()
-        context._call(context._library.mesh_create, desc, out, progress=progress, cancel=cancel, out=out)
-        self._adopt(context._library, out)
+        try:
+            context._call(context._library.mesh_create, desc, out, progress=progress, cancel=cancel, out=out)
+        except DelmeshError as error:  # of layers the library knows the number
+            error.args = (re.sub(r"\blayers\[(\d+)\]", lambda found: f"layers[{named[int(found[1])]}]", str(error)),)
+            raise
+        self._adopt(context, out)
+        self._sources, self._numbers = resolved, {name: i for i, name in enumerate(named)}
 
     @classmethod
-    def _made(cls, library, pointer):
+    def _made(cls, context, pointer):
         mesh = cls.__new__(cls)
-        mesh._adopt(library, pointer)
+        mesh._adopt(context, pointer)
         return mesh
 
-    def _adopt(self, library, pointer):
+    def _carry(self, context, source, cancel):
+        """Gets the layers of the mesh that this one was made of, now: the caller may change their arrays afterwards."""
+        self._sources = _layers.carry(context, self, source._sources, cancel)
+
+    def _adopt(self, context, pointer):
+        library = context._library
+        self._threads = context._threads
+        self._sources, self._numbers = {}, None
         self._handle = _Handle(library, pointer)
         info = _initialised(library, _capi.delmesh_mesh_info)
         self._check(library.mesh_get_info(pointer, info), "info")
         self.info = MeshInfo(*_values(info))
 
     def _check(self, status, what):
+        if status == _capi.DELMESH_ERROR_INVALID_ARGUMENT and what.startswith(("corner_map", "edge_source")):
+            raise InvalidArgument(f"The array '{what}' is not there: the mesh was made without map=True.")
         if status:
             raise BY_STATUS.get(status, DelmeshError)(f"The array '{what}' could not be read: "
                                                       f"{self._handle.native.status_name(status).decode()}.")
@@ -308,13 +360,20 @@ class Mesh:
     def __repr__(self):
         return f"<delmesh.Mesh: {self.info.vertices} vertices, {self.info.faces} faces, {self.positions.dtype}>"
 
+    # At the elements that the maps of what is made of this mesh lead to: the caller's of an imported mesh, else its own.
+    _sources: dict[str, _layers.Resolved]
+    # Of an imported mesh, of the layers that the library knows
+    _numbers: dict[str, int] | None
+
     # name -> (number in delmesh.h, columns of the numpy array)
     _ARRAYS = {"positions": (_capi.DELMESH_POSITION, 3), "faces": (_capi.DELMESH_CORNER_VERT, 3),
                "edges": (_capi.DELMESH_EDGE_VERT, 2), "corner_edges": (_capi.DELMESH_CORNER_EDGE, 3),
                "corner_twins": (_capi.DELMESH_CORNER_TWIN, 3), "face_source": (_capi.DELMESH_FACE_SOURCE, 1),
                "vert_source": (_capi.DELMESH_VERT_SOURCE, 1), "vert_join": (_capi.DELMESH_VERT_JOIN, 1),
                "edge_flags": (_capi.DELMESH_EDGE_FLAGS, 1), "vert_map_verts": (_capi.DELMESH_VERT_MAP_VERT, 3),
-               "vert_map_weights": (_capi.DELMESH_VERT_MAP_WEIGHT, 3), "vert_parent": (_capi.DELMESH_VERT_PARENT, 1)}
+               "vert_map_weights": (_capi.DELMESH_VERT_MAP_WEIGHT, 3), "vert_parent": (_capi.DELMESH_VERT_PARENT, 1),
+               "corner_map_corners": (_capi.DELMESH_CORNER_MAP_CORNER, 3),
+               "corner_map_weights": (_capi.DELMESH_CORNER_MAP_WEIGHT, 3), "edge_source": (_capi.DELMESH_EDGE_SOURCE_EDGE, 1)}
 
     def _borrow(self, name):
         what, columns = self._ARRAYS[name]
@@ -387,8 +446,48 @@ class Mesh:
 
     @property
     def edge_flags(self) -> np.ndarray:
-        """(e,) bits delmesh.EDGE_BOUNDARY, EDGE_MARKED, EDGE_FEATURE, EDGE_CUT, EDGE_SOURCE."""
+        """(e,) bits delmesh.EDGE_BOUNDARY, EDGE_MARKED, EDGE_FEATURE, EDGE_CUT, EDGE_SOURCE, EDGE_SHARP, EDGE_SEAM, EDGE_CREASE, and
+        of kept borders of layers EDGE_UV, EDGE_NORMAL, EDGE_COLOR, EDGE_LAYER, EDGE_MATERIAL, EDGE_FACE_SET."""
         return self._borrow("edge_flags")
+
+    @property
+    def corner_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """(f, 3, 3) source corners and (f, 3, 3) float64 weights: where each corner lies on the source, on its own side of every kept
+        edge. Corners are numbered as the polygons of the source were given. Needs map=True."""
+        return self._borrow("corner_map_corners").reshape(-1, 3, 3), self._borrow("corner_map_weights").reshape(-1, 3, 3)
+
+    @property
+    def edge_source(self) -> np.ndarray:
+        """(e,) the source edge that each edge is a piece of, -1 for none: the row in the source's `edges` argument if it had one, else
+        in its array `edges`. Needs map=True."""
+        return self._borrow("edge_source")
+
+    @property
+    def layers(self) -> Mapping[str, np.ndarray]:
+        """{name: array}: the layers of the source at the vertices, corners, faces or edges of this mesh, in the same types."""
+        own = self._sources if self._numbers is None else _layers.carry(self._own_context(), self, self._sources)
+        return MappingProxyType(_layers.shown(own))
+
+    @property
+    def layer_borders(self) -> dict[str, int]:
+        """{name: edges across which the layer's values jump, kept or not}, of the layers that have a kind. Only of a Mesh made from
+        arrays."""
+        count, borders = C.c_int64(), {}
+        for name, number in (self._numbers or {}).items():
+            self._check(self._handle.native.mesh_layer_borders(self._handle.pointer, number, count), "layer_borders")
+            borders[name] = count.value
+        return borders
+
+    def transfer(self, values, *, domain: _layers.Domain, policy: _layers.Policy = "linear", cancel: CancelToken | None = None,
+                 context: Context | None = None) -> np.ndarray:
+        """(n, ...) values at the vertices, corners, faces or edges of the source -> those of this mesh, of the same type. What layers
+        do, for values that come later. Corners and edges need map=True."""
+        _choices.number("The argument 'domain'", domain, _layers.DOMAINS)
+        _choices.number("The argument 'policy'", policy, _layers.POLICIES)
+        return _layers.transfer(context or self._own_context(), self, np.asarray(values), domain, policy, cancel)
+
+    def _own_context(self):
+        return Context(threads=self._threads, library=self._handle.native)
 
     def validate(self, context=None):
         """Checks every invariant of the data structure; raises InternalError where one is broken."""
@@ -410,8 +509,8 @@ def _one(mesh, faces):
     return mesh, faces
 
 
-def _prepare(context, cancel, *meshes):
-    """-> (context, every mesh as a Mesh)."""
+def _prepare(context, cancel, *meshes, layers=None, edges=None, edge_marks=None):
+    """-> (context, every mesh as a Mesh). layers and the like: of meshes that are made here."""
     meshes = [mesh.mesh if isinstance(mesh, Result) else mesh for mesh in meshes]
     made = [mesh for mesh in meshes if isinstance(mesh, Mesh)]
     context = context or Context(library=made[0]._handle.native if made else None)
@@ -425,7 +524,9 @@ def _prepare(context, cancel, *meshes):
             except (AttributeError, TypeError, ValueError):
                 raise TypeError("expected vertices and faces, a pair of them, a delmesh.Mesh or another mesh with `vertices` and "
                                 f"`faces`, not {type(mesh).__name__}") from None
-            mesh = Mesh(vertices, faces, context=context, cancel=cancel)
+            mesh = Mesh._for_one_call(context, cancel, vertices, faces, layers, edges, edge_marks)
+        elif layers is not None or edges is not None or edge_marks is not None:
+            raise InvalidArgument("'layers', 'edges' and 'edge_marks' go with vertices and faces: a Mesh gets them when it is made.")
         result.append(mesh)
     return context, *result
 
@@ -464,6 +565,8 @@ class RemeshOptions(TypedDict, total=False):
     tolerance: float  # length; how far "preserve" may move the surface
     max_vertices: int  # of the result
     split_budget: int
+    map: bool  # whether the result has corner_map and edge_source; here the default is: if there are layers
+    release: Release  # kinds of edges that are not kept: "uv", ("uv", "material"), ...
 
 
 class DecimateOptions(TypedDict, total=False):
@@ -483,6 +586,8 @@ class DecimateOptions(TypedDict, total=False):
     vert_weights: Any  # (v,) numbers over 0 that scale the error around each source vertex
     locked_verts: Any  # (v,) bool or integers: source vertices that stay where they are
     face_mask: Any  # (f,) bool or integers per source polygon: what is 0 stays as it is
+    map: bool  # as in RemeshOptions
+    release: Release
 
 
 class DistanceOptions(TypedDict, total=False):
@@ -510,6 +615,21 @@ class Result(NamedTuple):
         """(f, 3) read-only vertices of each triangle: mesh.faces."""
         return self.mesh.faces
 
+    @property
+    def layers(self) -> Mapping[str, np.ndarray]:
+        """{name: array}: the layers of the source on the result: mesh.layers."""
+        return self.mesh.layers
+
+    @property
+    def corner_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """(f, 3, 3) source corners and weights of each corner: mesh.corner_map."""
+        return self.mesh.corner_map
+
+    @property
+    def edge_source(self) -> np.ndarray:
+        """(e,) source edge of each edge, or -1: mesh.edge_source."""
+        return self.mesh.edge_source
+
 
 class Family(NamedTuple):
     """The meshes of lod_family, the finest first, and the report: (levels, report)."""
@@ -518,24 +638,37 @@ class Family(NamedTuple):
     report: DecimateReport
 
 
-def remesh(mesh, faces=None, /, *, progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
-           **options: Unpack[RemeshOptions]) -> Result:
+def _mapped(source, options):
+    """The option `map`: if there are layers, unless told otherwise."""
+    wanted = bool(options.get("map", source._sources))
+    for name, layer in source._sources.items():
+        if not wanted and layer.domain in ("corner", "edge"):
+            raise InvalidArgument(f"The option 'map' was off, and the layer '{name}' of {_layers.PLURAL[layer.domain]} needs it.")
+    return {"map": wanted}
+
+
+def remesh(mesh, faces=None, /, *, layers: Layers | None = None, edges: Any = None, edge_marks: Any = None,
+           progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None, **options: Unpack[RemeshOptions]) -> Result:
     """Makes a Delaunay mesh: remesh(vertices, faces, mode="preserve") -> Result with .vertices, .faces, .mesh, .report.
 
     vertices  (n, 3) float32 or float64, any strides; anything else is converted
     faces     (m, k) integers, counter-clockwise seen from outside
     mode      "preserve" (the surface stays), "flip" (the vertices stay) or "feature" (sharp edges stay)
+    layers    {name: array or Layer} of vertices, corners, faces or edges: the result's .layers have the same names and types
+    edges, edge_marks  as for Mesh
 
     Vertex i of the input is vertex i of the result; new ones come after. Further options, see RemeshOptions: placement, boundary,
     precision, strict, compact, effort, feature_angle and max_normal_turn (degrees), shell_unit and tolerance (lengths),
-    max_vertices, split_budget. Raises InvalidArgument, IndexOutOfRange, NoSurface, NonOrientable, VertexLimit,
+    max_vertices, split_budget, map, release. Raises InvalidArgument, IndexOutOfRange, NoSurface, NonOrientable, VertexLimit,
     PrecisionExhausted, Cancelled, ... with the RemeshReport so far as `report`.
     """
-    context, source = _prepare(context, cancel, _one(mesh, faces))
+    context, source = _prepare(context, cancel, _one(mesh, faces), layers=layers, edges=edges, edge_marks=edge_marks)
     settings, out = _initialised(context._library, _capi.delmesh_remesh_options), C.c_void_p()
-    _set_options(settings, {"precision": source.info.precision, **options})
+    _set_options(settings, {"precision": source.info.precision, **options, **_mapped(source, options)})
     report = _run(context, "remesh", [source._handle.pointer, settings, out], RemeshReport, progress, cancel, out)
-    return Result(Mesh._made(context._library, out), report)
+    made = Mesh._made(context, out)
+    made._carry(context, source, cancel)
+    return Result(made, report)
 
 
 _TARGETS = _names("DELMESH_TARGET_")
@@ -561,7 +694,8 @@ def _one_of(**given):
 
 
 def lod_family(mesh, faces=None, /, *, targets: Sequence | None = None, ratios: Sequence[float] | None = None,
-               progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
+               layers: Layers | None = None, edges: Any = None, edge_marks: Any = None, progress: Progress = None,
+               cancel: CancelToken | None = None, context: Context | None = None,
                **options: Unpack[DecimateOptions]) -> Family:
     """Coarser and coarser Delaunay meshes in one run: lod_family(vertices, faces, ratios=[0.5, 0.1]) -> Family with .levels, one
     Mesh each, and .report, a DecimateReport.
@@ -569,15 +703,16 @@ def lod_family(mesh, faces=None, /, *, targets: Sequence | None = None, ratios: 
     ratios   shares of the input's triangles, the largest first; or
     targets  the finest first: "full" (the whole Delaunay mesh), ("vertices", n), ("faces", n), ("ratio", share), ("deviation",
              distance in model units that is proven to be kept)
+    layers   as for remesh, as are edges and edge_marks: every level has them on its own elements
 
     What kept a level from its target is its report.levels[i].stopped_by: "target" (nothing), "topology", "delaunay", "features",
     "bound". A level's vert_parent leads to the next coarser one. Further options, see DecimateOptions: prepare="flip" | "preserve"
     | "feature", quality, vert_weights (n,), locked_verts (n,), face_mask (m,), collapse_placement, precision, boundary, strict,
-    feature_angle and max_normal_turn (degrees), tolerance and prune (lengths), boundary_weight.
+    feature_angle and max_normal_turn (degrees), tolerance and prune (lengths), boundary_weight, map, release.
     """
     name, values = _one_of(targets=targets, ratios=ratios)
     wanted = _targets([("ratio", value) for value in values] if name == "ratios" else list(values))
-    context, source = _prepare(context, cancel, _one(mesh, faces))
+    context, source = _prepare(context, cancel, _one(mesh, faces), layers=layers, edges=edges, edge_marks=edge_marks)
     library = context._library
     settings = _initialised(library, _capi.delmesh_decimate_options)
     keep = []  # the arrays that the views point into
@@ -591,7 +726,7 @@ def lod_family(mesh, faces=None, /, *, targets: Sequence | None = None, ratios: 
             view, array = _arrays.view(values, name, 1, floating=name == "vert_weights", bytes_too=True)
             setattr(settings, name, view)
             keep.append(array)
-    _set_options(settings, plain)
+    _set_options(settings, {**plain, **_mapped(source, plain)})
     out, levels = (C.c_void_p * len(wanted))(), (_capi.delmesh_level_report * len(wanted))()
     for level in levels:
         library.level_report_init(level, C.sizeof(level))
@@ -605,20 +740,25 @@ def lod_family(mesh, faces=None, /, *, targets: Sequence | None = None, ratios: 
     except DelmeshError as error:
         error.report = with_levels(error.report)
         raise
-    return Family([Mesh._made(library, C.c_void_p(made)) for made in out], with_levels(report))
+    # Each handle has an owner before the first layer is carried.
+    meshes = [Mesh._made(context, C.c_void_p(made)) for made in out]
+    for mesh in meshes:
+        mesh._carry(context, source, cancel)
+    return Family(meshes, with_levels(report))
 
 
 def decimate(mesh, faces_of_mesh=None, /, *, vertices: int | None = None, faces: int | None = None, ratio: float | None = None,
-             deviation: float | None = None, progress: Progress = None, cancel: CancelToken | None = None,
-             context: Context | None = None, **options: Unpack[DecimateOptions]) -> Result:
+             deviation: float | None = None, layers: Layers | None = None, edges: Any = None, edge_marks: Any = None,
+             progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
+             **options: Unpack[DecimateOptions]) -> Result:
     """Decimates to one target: decimate(vertices, faces, ratio=0.1) -> Result with .vertices, .faces, .mesh, .report.
 
     Exactly one of: vertices or faces (how many), ratio (of the input's triangles), deviation (length, proven to be kept). The
-    options are those of lod_family.
+    options are those of lod_family, and layers, edges and edge_marks those of remesh.
     """
     target = _one_of(vertices=vertices, faces=faces, ratio=ratio, deviation=deviation)
-    made, report = lod_family(_one(mesh, faces_of_mesh), targets=[target], progress=progress, cancel=cancel, context=context,
-                              **options)
+    made, report = lod_family(_one(mesh, faces_of_mesh), targets=[target], layers=layers, edges=edges, edge_marks=edge_marks,
+                              progress=progress, cancel=cancel, context=context, **options)
     return Result(made[0], report)
 
 
