@@ -17,7 +17,7 @@ import typing
 import unittest
 
 import support
-from support import ROOT, grid, np
+from support import ROOT, cylinder, grid, np
 
 import delmesh
 from delmesh import _capi, core
@@ -121,6 +121,33 @@ class Documentation(unittest.TestCase):
 
     def test_meshio_example(self):
         self.run_example("with_meshio.py", "meshio")
+
+    def test_texture_example(self):
+        points, quads, uvs, _ = cylinder(24, 9, 0.9, 0.03)
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = pathlib.Path(folder, "in.obj"), pathlib.Path(folder, "out.obj")
+            lines = ["mtllib in.mtl"] + [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+            lines += [f"vt {u!r} {v!r}" for u, v in uvs.tolist()]
+            for i, quad in enumerate(quads.tolist()):
+                lines += [f"usemtl {'ab'[i % 2]}"] if i > 100 and i % 24 == 0 else []
+                lines.append("f " + " ".join(f"{v + 1}/{4 * i + k + 1}" for k, v in enumerate(quad)))
+            lines[-1] = "f " + " ".join(str(v + 1) for v in quads[-1])  # without UVs
+            source.write_text("\n".join(lines))
+            done = subprocess.run([sys.executable, ROOT / "examples" / "python" / "texture.py", source, target, "0.5"],
+                                  capture_output=True, text=True, timeout=120)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertRegex(done.stdout, "^[0-9]+ edges are seams of the texture, 24 lie between materials\n")
+            for i, most in ((0, 10**6), (1, quads.size // 4)):
+                text = pathlib.Path(folder, f"out.{i}.obj").read_text().splitlines()
+                self.assertEqual(text[0], "mtllib in.mtl")
+                self.assertEqual([line for line in text if line.startswith("usemtl")], ["usemtl a"])
+                faces = [line for line in text if line.startswith("f ")]
+                self.assertTrue(0 < len(faces) <= most)
+                bare = [line for line in faces if "/" not in line]
+                self.assertTrue(0 < len(bare) < 20)  # what that quad became
+                count = sum(line.startswith("vt ") for line in text)
+                self.assertLessEqual(max(int(corner.split("/")[1]) for line in faces for corner in line.split()[1:] if "/" in corner),
+                                     count)
 
 
 class Bar:

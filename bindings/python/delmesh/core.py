@@ -249,8 +249,8 @@ class Mesh:
     corner_verts  (c,) the vertices of all polygons one after the other, with
     face_offsets  (m + 1,) where each begins, or face_sizes (m,)
     marked_edges  (e, 2) vertex pairs that remesh keeps in every mode
-    layers        {name: array or Layer}: values at vertices, corners, faces or edges, which go along to whatever is made of the mesh.
-                  Copied. See Layer for what is read from names and sizes
+    layers        {name: array or Layer}: values at vertices, corners, faces or edges, which go along to what is made of the
+                  mesh. Copied. See Layer for what is read from names and sizes
     edges         (e, 2) vertex pairs: the edges that layers of edges, edge_marks and `edge_source` number
     edge_marks    (e,) for each of `edges` 0 or EDGE_MARKED, EDGE_SHARP, EDGE_SEAM, EDGE_CREASE, added; True is EDGE_MARKED. Kept
                   unless released
@@ -446,20 +446,20 @@ class Mesh:
 
     @property
     def edge_flags(self) -> np.ndarray:
-        """(e,) bits delmesh.EDGE_BOUNDARY, EDGE_MARKED, EDGE_FEATURE, EDGE_CUT, EDGE_SOURCE, EDGE_SHARP, EDGE_SEAM, EDGE_CREASE, and
-        of kept borders of layers EDGE_UV, EDGE_NORMAL, EDGE_COLOR, EDGE_LAYER, EDGE_MATERIAL, EDGE_FACE_SET."""
+        """(e,) bits delmesh.EDGE_BOUNDARY, EDGE_MARKED, EDGE_FEATURE, EDGE_CUT, EDGE_SOURCE, EDGE_SHARP, EDGE_SEAM, EDGE_CREASE,
+        and of kept borders of layers EDGE_UV, EDGE_NORMAL, EDGE_COLOR, EDGE_LAYER, EDGE_MATERIAL, EDGE_FACE_SET."""
         return self._borrow("edge_flags")
 
     @property
     def corner_map(self) -> tuple[np.ndarray, np.ndarray]:
-        """(f, 3, 3) source corners and (f, 3, 3) float64 weights: where each corner lies on the source, on its own side of every kept
-        edge. Corners are numbered as the polygons of the source were given. Needs map=True."""
+        """(f, 3, 3) source corners and (f, 3, 3) float64 weights: where each corner lies on the source, on its own side of every
+        kept edge. Corners are numbered as the polygons of the source were given. Needs map=True."""
         return self._borrow("corner_map_corners").reshape(-1, 3, 3), self._borrow("corner_map_weights").reshape(-1, 3, 3)
 
     @property
     def edge_source(self) -> np.ndarray:
-        """(e,) the source edge that each edge is a piece of, -1 for none: the row in the source's `edges` argument if it had one, else
-        in its array `edges`. Needs map=True."""
+        """(e,) the source edge that each edge is a piece of, -1 for none: the row in the source's `edges` argument if it had one,
+        else in its array `edges`. Needs map=True."""
         return self._borrow("edge_source")
 
     @property
@@ -480,8 +480,8 @@ class Mesh:
 
     def transfer(self, values, *, domain: _layers.Domain, policy: _layers.Policy = "linear", cancel: CancelToken | None = None,
                  context: Context | None = None) -> np.ndarray:
-        """(n, ...) values at the vertices, corners, faces or edges of the source -> those of this mesh, of the same type. What layers
-        do, for values that come later. Corners and edges need map=True."""
+        """(n, ...) values at the vertices, corners, faces or edges of the source -> those of this mesh, of the same type. What
+        layers do, for values that come later. Corners and edges need map=True."""
         _choices.number("The argument 'domain'", domain, _layers.DOMAINS)
         _choices.number("The argument 'policy'", policy, _layers.POLICIES)
         return _layers.transfer(context or self._own_context(), self, np.asarray(values), domain, policy, cancel)
@@ -526,7 +526,8 @@ def _prepare(context, cancel, *meshes, layers=None, edges=None, edge_marks=None)
                                 f"`faces`, not {type(mesh).__name__}") from None
             mesh = Mesh._for_one_call(context, cancel, vertices, faces, layers, edges, edge_marks)
         elif layers is not None or edges is not None or edge_marks is not None:
-            raise InvalidArgument("'layers', 'edges' and 'edge_marks' go with vertices and faces: a Mesh gets them when it is made.")
+            raise InvalidArgument("'layers', 'edges' and 'edge_marks' go with vertices and faces: a Mesh gets them when it is "
+                                  "made.")
         result.append(mesh)
     return context, *result
 
@@ -648,7 +649,8 @@ def _mapped(source, options):
 
 
 def remesh(mesh, faces=None, /, *, layers: Layers | None = None, edges: Any = None, edge_marks: Any = None,
-           progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None, **options: Unpack[RemeshOptions]) -> Result:
+           progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
+           **options: Unpack[RemeshOptions]) -> Result:
     """Makes a Delaunay mesh: remesh(vertices, faces, mode="preserve") -> Result with .vertices, .faces, .mesh, .report.
 
     vertices  (n, 3) float32 or float64, any strides; anything else is converted

@@ -111,7 +111,8 @@ def _domain(name, rows, kind, counts):
         there = ", ".join(f"{count} {PLURAL[domain]}" for domain, count in counts.items())
         raise InvalidArgument(f"The layer '{name}' had {rows} elements, and there were {there}.")
     raise InvalidArgument(f"The layer '{name}' had {rows} elements, as many as there were "
-                          f"{' and '.join(PLURAL[domain] for domain in fitting)}: say which with delmesh.Layer(values, domain=...).")
+                          f"{' and '.join(PLURAL[domain] for domain in fitting)}: say which with "
+                          "delmesh.Layer(values, domain=...).")
 
 
 def _kind(name, layer, array, domain, kind):
@@ -125,13 +126,13 @@ def _kind(name, layer, array, domain, kind):
     if domain == "face":
         wanted = layer.border == "keep" or layer.kind is not None
         if wanted and not ids:
-            raise InvalidArgument(f"The layer '{name}' had the type {array.dtype} and the shape {array.shape}; borders of faces are "
-                                  "those of one integer each.")
+            raise InvalidArgument(f"The layer '{name}' had the type {array.dtype} and the shape {array.shape}; borders of faces "
+                                  "are those of one integer each.")
         return (kind if kind in _OF_FACES else "face_set" if wanted else None) if ids else None
     if domain == "vertex":  # of these, only what counts inside the faces
-        return kind if kind == "uv" or layer.weight > 0 and kind else "other" if layer.weight > 0 else None
+        return kind if kind == "uv" or layer.weight != 0 and kind else "other" if layer.weight != 0 else None
     if domain == "corner":
-        return kind if kind and kind not in _OF_FACES else "other" if layer.border == "keep" or layer.weight > 0 else None
+        return kind if kind and kind not in _OF_FACES else "other" if layer.border == "keep" or layer.weight != 0 else None
     return None
 
 
