@@ -32,10 +32,11 @@ def caption_rows(text, scale):
     return rows.repeat(scale, 0).repeat(scale, 1)
 
 
-def draw(points, faces, red_edges, view):
-    """One panel as SIZE x SIZE x 3 bytes. view: rows are the axes right, up, towards the eye; then centre and half width."""
+def draw(points, faces, red_edges, view, paint=None, wires=True, size=SIZE):
+    """One panel as size x size x 3 bytes. view: rows are the axes right, up, towards the eye; then centre and half width. paint:
+    colours (h, w, 3) of face number f where its corners count weights[0..2], each (h, w)."""
     axes, centre, half = view
-    n = SIZE * SUPERSAMPLING
+    n = size * SUPERSAMPLING
     p = (np.asarray(points, float) - centre) @ axes.T
     distance = 6 * half  # of the eye
     depth = distance / (distance - p[:, 2])
@@ -47,7 +48,7 @@ def draw(points, faces, red_edges, view):
     nearest = np.zeros((n, n))
     red = {frozenset(e) for e in red_edges}
     light = np.array([0.35, 0.55, 0.76])
-    for face in faces:
+    for f, face in enumerate(faces):
         i, j, k = face
         normal = np.cross(p[j] - p[i], p[k] - p[i])
         length = np.linalg.norm(normal)
@@ -70,14 +71,19 @@ def draw(points, faces, red_edges, view):
         if not inside.any():
             continue
         shade = 0.45 + 0.55 * max(0.0, float(normal @ light) / length)
-        colour = np.broadcast_to(np.array((205, 218, 232)) * shade, (*gx.shape, 3)).copy()
+        if paint is None:
+            base = np.broadcast_to((205, 218, 232), (*gx.shape, 3))
+        else:  # weights on the face rather than on the screen
+            base = paint(f, [weight * z[corner] / zz for weight, corner in zip(weights, face)])
+        colour = base * shade
         for m, (a, b) in enumerate(((j, k), (k, i), (i, j))):
-            pixels = weights[m] * -area2 / np.hypot(x[b] - x[a], y[b] - y[a])
             is_red = frozenset((a, b)) in red
-            colour[pixels < (1.5 if is_red else 0.45) * SUPERSAMPLING] = RED if is_red else INK
+            if wires or is_red:
+                pixels = weights[m] * -area2 / np.hypot(x[b] - x[a], y[b] - y[a])
+                colour[pixels < (1.5 if is_red else 0.45) * SUPERSAMPLING] = RED if is_red else INK
         nearest[y0:y1, x0:x1][inside] = zz[inside]
         image[y0:y1, x0:x1][inside] = colour[inside]
-    return image.reshape(SIZE, SUPERSAMPLING, SIZE, SUPERSAMPLING, 3).mean((1, 3)).astype(np.uint8)
+    return image.reshape(size, SUPERSAMPLING, size, SUPERSAMPLING, 3).mean((1, 3)).astype(np.uint8)
 
 
 def write_png(path, image):
