@@ -56,7 +56,7 @@ source, target, *ratios = sys.argv[1:]
 points, verts, sizes, uvs, materials, names, libraries = read(pathlib.Path(source))
 mesh = delmesh.Mesh(points, corner_verts=verts, face_sizes=sizes, layers={"uv": uvs, "material": materials})
 print(f"{mesh.layer_borders['uv']} edges are seams of the texture, {mesh.layer_borders['material']} lie between materials")
-targets = ["full", *(("ratio", float(ratio)) for ratio in ratios or [0.5, 0.1])]
+targets = ["full", *(("ratio", float(ratio)) for ratio in ratios or ["0.5", "0.1"])]
 family = delmesh.lod_family(mesh, targets=targets)
 for i, level in enumerate(family.levels):
     path = pathlib.Path(target).with_suffix(f".{i}.obj")

@@ -259,7 +259,8 @@ class Growth(unittest.TestCase):
             result = delmesh.remesh(mesh, mode="flip", context=context)
             self.assertTrue(delmesh.certify(result, context=context).delaunay)
             level = delmesh.decimate(result, ratio=0.5, context=context, progress=lambda *_: None)
-            return result.vertices, level.faces
+            layered = delmesh.decimate(points, faces, ratio=0.5, context=context, layers={"uv": points[faces][..., :2]})
+            return result.vertices, level.faces, layered.layers, layered.corner_map
 
         for _ in range(200):  # what is made once, and what the allocator keeps
             cycle()

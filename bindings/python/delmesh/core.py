@@ -313,7 +313,7 @@ class Mesh:
         if layers:
             if not isinstance(layers, Mapping) or not all(isinstance(name, str) for name in layers):
                 raise TypeError("expected 'layers' as {name: array}")
-            corners = np.asarray(faces if corner_verts is None else corner_verts).reshape(-1).astype(np.int64, copy=False)
+            corners = np.asarray(faces if corner_verts is None else corner_verts).reshape(-1)
             counts = {"vertex": desc.positions.count, "corner": len(corners),
                       "face": desc.face_sizes.count or max(desc.face_offsets.count - 1, 0) or len(corners) // 3}
             if edges is not None:

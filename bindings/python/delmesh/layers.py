@@ -148,7 +148,8 @@ def structs(layers, corner_verts, keep):
             array = array.astype(np.int32)
         array = _carried(array)
         if domain == "vertex":  # an index out of range is the library's to tell
-            array = array.take(corner_verts, axis=0, mode="clip") if len(array) else np.zeros((len(corner_verts), *array.shape[1:]))
+            index = corner_verts.astype(np.int64, copy=False)
+            array = array.take(index, axis=0, mode="clip") if len(array) else np.zeros((len(index), *array.shape[1:]))
         struct.kind, struct.border = KINDS[kind], BORDERS[layer.border]
         struct.tolerance, struct.weight = layer.tolerance, layer.weight
         struct.affine_tolerance = -1 if layer.affine_tolerance is None else layer.affine_tolerance
