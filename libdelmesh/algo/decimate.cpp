@@ -105,6 +105,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     DM_TRY(sort_in_space(context, full, order, sorted));
     Surface surface(context, sorted, full.precision);
     sorted = Mesh(context.memory());
+    DM_TRY(context.progress(0));
     surface.kept_bits = static_cast<EdgeBits>(surface.kept_bits & ~options.release);
     for (EdgeBits& bits : surface.corner_bits)
         bits &= static_cast<EdgeBits>(~kEdgeSource); // what collapses leave is no edge of the source

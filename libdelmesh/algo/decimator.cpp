@@ -19,6 +19,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
     const int32_t all = s.vertices(), faces = s.faces();
     Box box;
     vertices_left = 0;
+    DM_TRY(context.progress(0));
     for (int32_t v = 0; v < all; ++v) {
         if (s.vert_corner[v] < 0) continue;
         ++vertices_left;

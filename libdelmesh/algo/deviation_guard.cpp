@@ -529,9 +529,11 @@ bool DeviationGuard::accept(const Array<int32_t>& changed_faces) {
     add_ring(fresh);
     mask_stamp_ = ++stamp_;
     // Most refusals show at a vertex.
-    for (const int32_t input : inputs_)
+    for (const int32_t input : inputs_) {
+        if (context_.cancel_requested()) return false;
         for (int32_t k = 0; k < 3; ++k)
             if (mask_of_vertex(in_->corner_vert[3 * static_cast<int64_t>(input) + k]).empty()) return false;
+    }
     for (const int32_t input : inputs_)
         if (context_.cancel_requested() || !prove_input_face(input)) return false;
     fresh_hint_ = changed_.empty() ? 0 : hints_[changed_[0]];
@@ -569,6 +571,7 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
     copy.precision = Precision::f64;
     copy.vertex_count = s_.vertices();
     copy.pos64.resize_uninitialized(3 * static_cast<int64_t>(s_.vertices()));
+    DM_TRY(context_.progress(0));
     for (int32_t v = 0; v < s_.vertices(); ++v) {
         const Vec3& p = s_.at(v);
         double* const to = copy.pos64.data() + 3 * static_cast<int64_t>(v);
@@ -583,6 +586,7 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
         for (int32_t k = 0; k < 3; ++k) copy.corner_vert.push_back(s_.vert(3 * face + k));
     }
 
+    DM_TRY(context_.progress(0));
     Box box = used_box(in);
     box.extend(used_box(copy));
     frame_ = Frame(box);
@@ -593,8 +597,10 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
     Bvh surface_bvh(memory);
     DM_TRY(surface_bvh.build(context_, copy, frame_));
 
+    DM_TRY(context_.progress(0));
     points_.resize_uninitialized(in.vertices());
     for (int32_t v = 0; v < in.vertices(); ++v) points_[v] = frame_(in.position(v));
+    DM_TRY(context_.progress(0));
     versions_.assign(in.faces(), 0);
     input_stamps_.assign(in.faces(), 0);
     vert_stamps_.assign(in.vertices(), 0);
@@ -602,6 +608,7 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
     first_link_.assign(faces, -1);
     hints_.assign(faces, 0);
     face_stamps_.assign(faces, 0);
+    DM_TRY(context_.progress(0));
     if (!(near_ > 0)) return DELMESH_OK;
     DM_TRY(find_first_links(surface_bvh, numbers, within_limit));
     return context_.progress(1);

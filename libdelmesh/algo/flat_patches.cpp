@@ -235,11 +235,13 @@ Status grow_flat_patches(Context& context, const Surface& s, double thickness, A
     };
     Array<Seed> seeds(context.memory());
     for (int32_t f = 0; f < faces; ++f) {
+        if ((f & 0xffff) == 0) DM_TRY(context.progress(0));
         if (is_seed[f] == 0) continue;
         const Vec3 &a = s.at(s.vert(3 * f)), &b = s.at(s.vert(3 * f + 1)), &c = s.at(s.vert(3 * f + 2));
         const double longest = std::max({length_squared(b - a), length_squared(c - b), length_squared(a - c)});
         seeds.push_back({length_squared(cross(b - a, c - a)) / longest, f});
     }
+    DM_TRY(context.progress(0));
     if (thickness > 0)
         std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
             return a.altitude != b.altitude ? a.altitude > b.altitude : a.face < b.face;

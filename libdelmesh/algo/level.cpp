@@ -31,6 +31,7 @@ Status LevelMaker::make(Mesh& out, Mesh* before) {
             number[v] = static_cast<int32_t>(verts.size());
             verts.push_back(v);
         }
+    DM_TRY(context.progress(0.1));
     out.precision = full.precision;
     set_source_counts(in, out);
     out.vertex_count = static_cast<int32_t>(verts.size());
@@ -49,11 +50,13 @@ Status LevelMaker::make(Mesh& out, Mesh* before) {
     int32_t faces = 0;
     for (const int32_t f : order.new_face)
         if (!s.is_dead(f)) face_number[f] = faces++;
+    DM_TRY(context.progress(0.3));
     out.corner_vert.resize_uninitialized(3 * static_cast<int64_t>(faces));
     out.corner_twin.resize_uninitialized(3 * static_cast<int64_t>(faces));
     out.corner_bits.resize_uninitialized(3 * static_cast<int64_t>(faces));
     out.face_source.resize_uninitialized(faces);
     for (int32_t f = 0; f < s.faces(); ++f) {
+        if (f % (1 << 18) == 0) DM_TRY(context.progress(0.3));
         const int32_t n = face_number[f];
         if (n < 0) continue;
         for (int32_t k = 0; k < 3; ++k) {

@@ -198,6 +198,7 @@ Status Relaxation::make_samples() {
     double total = 0;
     for (int32_t t = 0; t < in_bvh.size(); ++t) total += length(normal(in_bvh.triangle(t)));
     if (!(total > 0)) return DELMESH_OK;
+    DM_TRY(context.progress(0));
     const auto count_in = [&](double share) { return std::max<int64_t>(1, static_cast<int64_t>(share * wanted + 0.5)); };
     Array<float> weights(memory, in.vertices(), -1.0f); // of vertices, while they have none
     int64_t count = 0;
@@ -242,11 +243,13 @@ Status Relaxation::find_places() {
     first_corner.assign(verts, -1);
     Array<uint8_t> creases(memory, verts, 0), colour(memory, verts, kNoColour);
     for (int32_t v = 0; v < verts; ++v) {
+        if (v % kProgressEvery == 0) DM_TRY(context.progress(0));
         pos[v] = level.position(v);
         at[v] = frame(pos[v]);
         if (stays != nullptr && stays[v] != 0) creases[v] = 3;
     }
     for (int32_t c = 0; c < level.corners(); ++c) {
+        if (c % kProgressEvery == 0) DM_TRY(context.progress(0.25));
         const int32_t v = level.corner_vert[c], w = level.corner_vert[next_corner(c)];
         const bool boundary = level.corner_twin[c] < 0;
         if (first_corner[v] < 0 || boundary) first_corner[v] = c;
@@ -290,6 +293,7 @@ Status Relaxation::find_closest() {
     DM_TRY(bvh.build(context, level, frame));
     Array<int32_t> place(context.memory(), level.faces());
     for (int32_t t = 0; t < bvh.size(); ++t) place[bvh.face(t)] = t;
+    DM_TRY(context.progress(1));
     const bool known = !head.empty();
     for (int32_t f = 0; known && f < level.faces(); ++f) { // trials leave other numbers there
         if (f % kProgressEvery == 0) DM_TRY(context.progress(1));
@@ -318,6 +322,7 @@ Status Relaxation::find_closest() {
 Status Relaxation::look_back() {
     const int32_t faces = level.faces();
     spots.assign(10 * static_cast<int64_t>(faces) + level.vertices(), Spot{0, 0, 0});
+    DM_TRY(context.progress(0));
     double total = 0;
     for (int32_t f = 0; f < faces; ++f) total += length(face_normal(f));
     if (!(total > 0)) total = 1;

@@ -16,7 +16,8 @@ constexpr int32_t kBins = 16;
 // needs more than 64 places.
 constexpr int32_t kHeuristicDepth = 32;
 constexpr int32_t kStackSize = 64;
-constexpr int64_t kProgressEvery = 4096; // nodes
+constexpr int64_t kProgressEvery = 4096;   // nodes
+constexpr int32_t kFacesBetween = 1 << 16; // in a plain pass over them
 
 // Floats that enclose the double. The relative margin is four times the error of the conversion, the absolute one is for
 // subnormals.
@@ -156,6 +157,7 @@ Status Bvh::build(Context& context, const Mesh& mesh, const Frame& frame) {
     Memory& memory = nodes_.memory();
     Array<Primitive> primitives(memory, faces);
     for (int32_t f = 0; f < faces; ++f) {
+        if (f % kFacesBetween == 0) DM_TRY(context.progress(0));
         Box box;
         for (int32_t c = 3 * f; c < 3 * f + 3; ++c) box.extend(frame(mesh.position(mesh.corner_vert[c])));
         primitives[f] = {{float_below(box.lo.x), float_below(box.lo.y), float_below(box.lo.z)},
@@ -197,6 +199,7 @@ Status Bvh::build(Context& context, const Mesh& mesh, const Frame& frame) {
     triangles_.resize_uninitialized(faces);
     faces_.resize_uninitialized(faces);
     for (int32_t t = 0; t < faces; ++t) {
+        if (t % kFacesBetween == 0) DM_TRY(context.progress(1));
         const int32_t f = primitives[t].face;
         faces_[t] = f;
         for (int32_t k = 0; k < 3; ++k) triangles_[t].corner[k] = frame(mesh.position(mesh.corner_vert[3 * f + k]));
