@@ -196,13 +196,36 @@ Status Bvh::build(Context& context, const Mesh& mesh, const Frame& frame) {
         stack[top++] = {range.begin, middle, left, range.depth + 1};
     }
 
-    triangles_.resize_uninitialized(faces);
     faces_.resize_uninitialized(faces);
+    for (int32_t t = 0; t < faces; ++t) faces_[t] = primitives[t].face;
+    primitives.free_storage();
+    Array<Node> nodes(memory); // without the room that it grew into
+    nodes.copy_from(nodes_);
+    nodes_ = std::move(nodes);
+    return make_triangles(context, mesh, frame);
+}
+
+Status Bvh::make_triangles(Context& context, const Mesh& mesh, const Frame& frame) {
+    const int32_t faces = size();
+    const auto corner = [&](int32_t t, int32_t k) { return frame(mesh.position(mesh.corner_vert[3 * faces_[t] + k])); };
+    triangles_.free_storage();
+    narrow_triangles_.resize_uninitialized(faces);
+    bool narrow = true; // float32 meshes nearly always are: frames are made so
+    for (int32_t t = 0; t < faces && narrow; ++t) {
+        if (t % kFacesBetween == 0) DM_TRY(context.progress(1));
+        float* x = narrow_triangles_[t].corner;
+        for (int32_t k = 0; k < 3; ++k, x += 3) {
+            const Vec3 p = corner(t, k);
+            x[0] = static_cast<float>(p.x), x[1] = static_cast<float>(p.y), x[2] = static_cast<float>(p.z);
+            narrow &= p == Vec3{x[0], x[1], x[2]};
+        }
+    }
+    if (narrow) return DELMESH_OK;
+    narrow_triangles_.free_storage();
+    triangles_.resize_uninitialized(faces);
     for (int32_t t = 0; t < faces; ++t) {
         if (t % kFacesBetween == 0) DM_TRY(context.progress(1));
-        const int32_t f = primitives[t].face;
-        faces_[t] = f;
-        for (int32_t k = 0; k < 3; ++k) triangles_[t].corner[k] = frame(mesh.position(mesh.corner_vert[3 * f + k]));
+        for (int32_t k = 0; k < 3; ++k) triangles_[t].corner[k] = corner(t, k);
     }
     return DELMESH_OK;
 }
@@ -212,7 +235,7 @@ double Bvh::distance_squared(const Vec3& p, const Node& node) {
 }
 
 double Bvh::distance_squared(const Vec3& p, int32_t t) const {
-    const Triangle& triangle = triangles_[t];
+    const Triangle triangle = this->triangle(t);
     return triangle_distance_squared(p, triangle.corner[0], triangle.corner[1], triangle.corner[2]);
 }
 

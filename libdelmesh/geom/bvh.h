@@ -36,13 +36,17 @@ public:
         int32_t triangle; // in the order of the hierarchy
     };
 
-    explicit Bvh(Memory& memory) : nodes_(memory), triangles_(memory), faces_(memory) {}
+    explicit Bvh(Memory& memory) : nodes_(memory), triangles_(memory), narrow_triangles_(memory), faces_(memory) {}
     // Replaces what was there. Faces of zero area are kept: they are part of the surface. mesh: at least one face.
     Status build(Context& context, const Mesh& mesh, const Frame& frame);
 
     // Triangles are numbered so that neighbours in number are neighbours in space.
-    int32_t size() const { return static_cast<int32_t>(triangles_.size()); }
-    const Triangle& triangle(int32_t t) const { return triangles_[t]; }
+    int32_t size() const { return static_cast<int32_t>(faces_.size()); }
+    Triangle triangle(int32_t t) const {
+        if (narrow_triangles_.empty()) return triangles_[t];
+        const float* const x = narrow_triangles_[t].corner;
+        return {{{x[0], x[1], x[2]}, {x[3], x[4], x[5]}, {x[6], x[7], x[8]}}};
+    }
     int32_t face(int32_t t) const { return faces_[t]; } // of the mesh
 
     double distance_squared(const Vec3& p, int32_t t) const;
@@ -57,12 +61,17 @@ private:
         int32_t count; // triangles; 0: inner node
     };
     struct Primitive;
+    struct NarrowTriangle {
+        float corner[9];
+    };
 
     static double distance_squared(const Vec3& p, const Node& node);
     int64_t partition(Primitive* primitives, int64_t begin, int64_t end, int32_t depth) const;
+    Status make_triangles(Context& context, const Mesh& mesh, const Frame& frame);
 
     Array<Node> nodes_;
-    Array<Triangle> triangles_;
+    Array<Triangle> triangles_; // empty if float32 holds all coordinates:
+    Array<NarrowTriangle> narrow_triangles_;
     Array<int32_t> faces_;
 };
 
