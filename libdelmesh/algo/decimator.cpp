@@ -41,6 +41,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
     }
     DM_TRY(context.progress(0));
     // Only their ratios matter, and the queue has a range.
+    DM_TRY(context.progress(0));
     const double most_weight = vert_weights == nullptr || all == 0 ? 1 : *std::max_element(vert_weights, vert_weights + all);
     Array<uint8_t> special(context.memory(), all, 0);
     for (int32_t f = 0; f < faces; ++f) {

@@ -241,15 +241,20 @@ Status grow_flat_patches(Context& context, const Surface& s, double thickness, A
         const double longest = std::max({length_squared(b - a), length_squared(c - b), length_squared(a - c)});
         seeds.push_back({length_squared(cross(b - a, c - a)) / longest, f});
     }
-    DM_TRY(context.progress(0));
-    if (thickness > 0)
-        std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
-            return a.altitude != b.altitude ? a.altitude > b.altitude : a.face < b.face;
-        });
+    const auto is_before = [](const Seed& a, const Seed& b) {
+        return a.altitude != b.altitude ? a.altitude > b.altitude : a.face < b.face;
+    };
+    constexpr int64_t kSortedAtOnce = 1 << 18;
+    for (int64_t begin = 0; thickness > 0 && begin < seeds.size(); begin += kSortedAtOnce) {
+        DM_TRY(context.progress(0));
+        const int64_t end = std::min(seeds.size(), begin + kSortedAtOnce);
+        if (end < seeds.size()) std::nth_element(seeds.begin() + begin, seeds.begin() + end, seeds.end(), is_before);
+        std::sort(seeds.begin() + begin, seeds.begin() + end, is_before);
+    }
     Array<int32_t> front(context.memory());
     int64_t done = 0;
     for (const Seed& seed : seeds) {
-        if ((++done & 0xffff) == 0) DM_TRY(context.progress(static_cast<double>(done) / static_cast<double>(seeds.size())));
+        if ((++done & 0x3fff) == 0) DM_TRY(context.progress(static_cast<double>(done) / static_cast<double>(seeds.size())));
         Vec3 n;
         if (!out.is_alone(seed.face) || !unit_normal(seed.face, n)) continue;
         if (layers != nullptr && !layers->fit(s, seed.face)) continue;
