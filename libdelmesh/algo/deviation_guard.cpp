@@ -581,6 +581,7 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
     }
     copy.corner_vert.reserve(3 * static_cast<int64_t>(faces - s_.dead_faces));
     for (int32_t face = 0; face < faces; ++face) {
+        if (face % (1 << 18) == 0) DM_TRY(context_.progress(0));
         if (s_.is_dead(face)) continue;
         numbers.push_back(face);
         for (int32_t k = 0; k < 3; ++k) copy.corner_vert.push_back(s_.vert(3 * face + k));
@@ -596,6 +597,7 @@ Status DeviationGuard::begin(const Mesh& in, double limit, bool& within_limit) {
     DM_TRY(bvh_.build(context_, in, frame_));
     Bvh surface_bvh(memory);
     DM_TRY(surface_bvh.build(context_, copy, frame_));
+    copy = Mesh(memory);
 
     DM_TRY(context_.progress(0));
     points_.resize_uninitialized(in.vertices());
