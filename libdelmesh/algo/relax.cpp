@@ -27,6 +27,7 @@ constexpr int kMostSpots = 4 * kMostSpokes + 4;
 constexpr int kMostLimits = 6;
 constexpr int kMostColours = 2 * kMostSpokes + 2; // a star has so many vertices and vertices beyond at most
 constexpr uint8_t kNoColour = 255;
+constexpr uint8_t kMoved = 1, kMovedNow = 2;                       // ever, in this sweep
 constexpr double kLeastSamples = 100000, kMostSamplesPerFace = 64; // of a level that is far coarser than its input
 constexpr double kStiffness = 0.01;                                // of moves along the surface, against those off it
 constexpr double kFar = 4;            // times the RMS distance: where the cost begins to grow faster than the square,
@@ -38,17 +39,21 @@ constexpr int64_t kSampleGrain = 256; // closest-point queries
 constexpr int64_t kMoveGrain = 4;     // vertices
 constexpr int64_t kProgressEvery = 1 << 16;
 
-struct Sample { // of the input
-    Vec3 at;    // in the frame
-    double distance2, new_distance2;
+// There are many of both. Where float32 rounds a sample to is as good a place to look from, and that distances are rounded is not
+// seen in sums of many; every comparison is between rounded ones.
+struct Sample {  // of the input
+    float at[3]; // in the frame
+    float distance2, new_distance2;
     float weight;
     int32_t face; // of the level; in a trial, the number of the spoke
     int32_t next; // in the face's list
+
+    Vec3 place() const { return {at[0], at[1], at[2]}; }
 };
 
 struct Spot { // a point of the level
-    double distance2;
-    double weight;
+    float distance2;
+    float weight;
     int32_t near; // triangle of the input
 };
 
@@ -107,7 +112,7 @@ public:
     Relaxation(Context& context_, const Mesh& in_, const RelaxRules& rules_, const uint8_t* stays_, Mesh& level_)
         : context(context_), in(in_), rules(rules_), stays(stays_), level(level_), frame(box_of(in_, level_)),
           in_bvh(context_.memory()), samples(context_.memory()), head(context_.memory()), spots(context_.memory()),
-          pos(context_.memory()), at(context_.memory()), first_corner(context_.memory()), has_moved(context_.memory()),
+          at(context_.memory()), edge_number(context_.memory()), first_corner(context_.memory()), has_moved(context_.memory()),
           order(context_.memory()) {}
     Status run(int64_t& moved);
 
@@ -130,15 +135,21 @@ private:
         int32_t spot;
         double share;
         Vec3 rest; // spot = share * vertex + rest
-        Bvh::Hit hit;
+        int32_t new_near;
+        float new_distance2;
     };
 
+    Status check_count(int64_t count) const {
+        if (count <= INT_MAX) return DELMESH_OK;
+        return context.fail(DELMESH_ERROR_TOO_LARGE, "The mesh has too many faces for relaxation: it takes %lld samples.",
+                            static_cast<long long>(count));
+    }
     Status make_samples();
     Status find_places();
     Status find_closest();
     Status look_back();
     Status sweep(double from, double to);
-    bool store_positions();
+    bool has_moved_now();
 
     bool gather(int32_t v, Star& star) const;
     void move(int32_t v);
@@ -163,8 +174,8 @@ private:
         const int32_t twin = level.corner_twin[c];
         return twin >= 0 && twin < c ? twin : c;
     }
-    int64_t edge_spot(int32_t c) const { return level.faces() + 3 * static_cast<int64_t>(edge_owner(c)); }
-    int64_t vert_spot(int32_t v) const { return 10 * static_cast<int64_t>(level.faces()) + v; }
+    int64_t edge_spot(int32_t c) const { return level.faces() + 3 * static_cast<int64_t>(edge_number[c]); }
+    int64_t vert_spot(int32_t v) const { return level.faces() + 3 * static_cast<int64_t>(edges) + v; }
     Vec3 face_normal(int32_t f) const {
         const Vec3& a = at[level.corner_vert[3 * f]];
         return cross(at[level.corner_vert[3 * f + 1]] - a, at[level.corner_vert[3 * f + 2]] - a);
@@ -180,11 +191,12 @@ private:
     Array<Sample> samples;
     Array<int32_t> head; // per face, of the list of its samples
     Array<Spot> spots;
-    Array<Vec3> pos;             // rounded, in the model's coordinates: what exact tests see
-    Array<Vec3> at;              // the same in the frame
+    Array<Vec3> at;             // of the level's vertices, in the frame; what exact tests see are its positions
+    Array<int32_t> edge_number; // per corner
+    int32_t edges = 0;
     Array<int32_t> first_corner; // of a vertex; at the boundary the one where its star begins
-    Array<uint8_t> has_moved;
-    Array<int32_t> order; // vertices that may move, by colours
+    Array<uint8_t> has_moved;    // kMoved*
+    Array<int32_t> order;        // vertices that may move, by colours
     int64_t colour_begin[kMostColours + 1] = {};
     int colours = 0;
     double per_far2 = 0, far_sample = 0, far_spot = 0;
@@ -212,23 +224,23 @@ Status Relaxation::make_samples() {
             weight += static_cast<float>(share / 12);
         }
     }
-    if (count > INT_MAX || vert_spot(level.vertices()) > INT_MAX)
-        return context.fail(DELMESH_ERROR_TOO_LARGE, "The mesh has too many faces for relaxation: it takes %lld samples.",
-                            static_cast<long long>(count));
+    DM_TRY(check_count(count));
     samples.reserve(count);
+    const auto add = [&](const Vec3& p, float weight) {
+        samples.push_back({{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, 0, 0, weight, -1, -1});
+    };
     for (int32_t t = 0; t < in_bvh.size(); ++t) {
         if (t % kProgressEvery == 0) DM_TRY(context.progress(0.5 + 0.5 * t / in_bvh.size()));
         const Bvh::Triangle& triangle = in_bvh.triangle(t);
         const double share = length(normal(triangle)) / total;
         for (int32_t k = 0; k < 3; ++k) {
             float& weight = weights[in.corner_vert[3 * in_bvh.face(t) + k]];
-            if (weight >= 0) samples.push_back({triangle.corner[k], 0, 0, weight, -1, -1});
+            if (weight >= 0) add(triangle.corner[k], weight);
             weight = -1;
         }
         const int64_t inside = count_in(share);
         const float weight = static_cast<float>(0.75 * share / static_cast<double>(inside));
-        for (int64_t i = 0; i < inside; ++i)
-            samples.push_back({low_discrepancy_point(triangle.corner, static_cast<uint64_t>(i)), 0, 0, weight, -1, -1});
+        for (int64_t i = 0; i < inside; ++i) add(low_discrepancy_point(triangle.corner, static_cast<uint64_t>(i)), weight);
     }
     return DELMESH_OK;
 }
@@ -237,15 +249,15 @@ Status Relaxation::make_samples() {
 Status Relaxation::find_places() {
     Memory& memory = context.memory();
     const int32_t verts = level.vertices();
-    pos.resize_uninitialized(verts);
     at.resize_uninitialized(verts);
     has_moved.assign(verts, 0);
     first_corner.assign(verts, -1);
+    edge_number.resize_uninitialized(level.corners());
+    edges = 0;
     Array<uint8_t> creases(memory, verts, 0), colour(memory, verts, kNoColour);
     for (int32_t v = 0; v < verts; ++v) {
         if (v % kProgressEvery == 0) DM_TRY(context.progress(0));
-        pos[v] = level.position(v);
-        at[v] = frame(pos[v]);
+        at[v] = frame(level.position(v));
         if (stays != nullptr && stays[v] != 0) creases[v] = 3;
     }
     for (int32_t c = 0; c < level.corners(); ++c) {
@@ -253,7 +265,9 @@ Status Relaxation::find_places() {
         const int32_t v = level.corner_vert[c], w = level.corner_vert[next_corner(c)];
         const bool boundary = level.corner_twin[c] < 0;
         if (first_corner[v] < 0 || boundary) first_corner[v] = c;
-        if (edge_owner(c) != c) continue;
+        const int32_t owner = edge_owner(c);
+        edge_number[c] = owner == c ? edges++ : edge_number[owner];
+        if (owner != c) continue;
         const EdgeBits bits = level.corner_bits.empty() ? 0 : level.corner_bits[c];
         if (!boundary && (bits & rules.kept_bits) == 0) continue;
         const int step = (bits & rules.kept_bits & kEdgeGiven) != 0 ? 3 : 1;
@@ -303,10 +317,10 @@ Status Relaxation::find_closest() {
         int32_t near = 0;
         for (int64_t i = begin; i < end; ++i) {
             Sample& s = samples[i];
-            const Bvh::Hit hit = bvh.closest(s.at, known ? place[s.face] : near);
+            const Bvh::Hit hit = bvh.closest(s.place(), known ? place[s.face] : near);
             near = hit.triangle;
             s.face = bvh.face(near);
-            s.distance2 = hit.distance_squared;
+            s.distance2 = static_cast<float>(hit.distance_squared);
         }
     }));
     head.assign(level.faces(), -1);
@@ -321,7 +335,8 @@ Status Relaxation::find_closest() {
 // How far the level's own points are from the input. Later on every move keeps that up to date.
 Status Relaxation::look_back() {
     const int32_t faces = level.faces();
-    spots.assign(10 * static_cast<int64_t>(faces) + level.vertices(), Spot{0, 0, 0});
+    DM_TRY(check_count(vert_spot(level.vertices())));
+    spots.assign(vert_spot(level.vertices()), Spot{0, 0, 0});
     DM_TRY(context.progress(0));
     double total = 0;
     for (int32_t f = 0; f < faces; ++f) total += length(face_normal(f));
@@ -330,17 +345,18 @@ Status Relaxation::look_back() {
     for (int32_t f = 0; f < faces; ++f) {
         if (f % kProgressEvery == 0) DM_TRY(context.progress(0));
         const double share = length(face_normal(f)) / total;
-        spots[f].weight = 0.45 * share;
+        const auto add = [&](int64_t spot, double weight) { spots[spot].weight += static_cast<float>(weight); };
+        add(f, 0.45 * share);
         for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
-            for (int j = 0; j < 3; ++j) spots[edge_spot(c) + j].weight += (j == 1 ? 2 : 1) * share / 30;
-            spots[vert_spot(level.corner_vert[c])].weight += 0.05 * share;
+            for (int j = 0; j < 3; ++j) add(edge_spot(c) + j, (j == 1 ? 2 : 1) * share / 30);
+            add(vert_spot(level.corner_vert[c]), 0.05 * share);
         }
     }
     return parallel_slices(context, faces, 32, 0, 1, [&](int64_t, int64_t begin, int64_t end) {
         int32_t near = 0;
         const auto look = [&](int64_t spot, const Vec3& p) {
             const Bvh::Hit hit = in_bvh.closest(p, near);
-            spots[spot].distance2 = hit.distance_squared;
+            spots[spot].distance2 = static_cast<float>(hit.distance_squared);
             spots[spot].near = near = hit.triangle;
         };
         for (int32_t f = static_cast<int32_t>(begin); f < end; ++f) {
@@ -377,7 +393,7 @@ bool Relaxation::gather(int32_t v, Star& star) const {
 int Relaxation::follow(const Star& star, int32_t v, Follower* followers) const {
     int count = 0;
     const auto add = [&](int64_t spot, double share, const Vec3& rest) {
-        followers[count++] = {static_cast<int32_t>(spot), share, rest, {0, 0}};
+        followers[count++] = {static_cast<int32_t>(spot), share, rest, 0, 0};
     };
     const auto add_edge = [&](int32_t c, bool leaves_v, const Vec3& end) {
         const bool first_is_near = (edge_owner(c) == c) == leaves_v;
@@ -452,10 +468,10 @@ bool Relaxation::slide(const Star& star, int32_t v, const Equations& equations, 
 
 // May v be at x? The exact tests see the positions as rounded.
 bool Relaxation::is_allowed(const Star& star, int32_t v, const Vec3& x) const {
-    const Vec3& old = pos[v];
+    const Vec3 old = level.position(v);
     Vec3 now[kMostSpokes], was[kMostSpokes];
     for (int i = 0; i < star.count; ++i) {
-        const Vec3 &a = pos[star.spokes[i].ring], &b = pos[star.after(i).ring];
+        const Vec3 a = level.position(star.spokes[i].ring), b = level.position(star.after(i).ring);
         now[i] = cross(a - x, b - x);
         was[i] = cross(a - old, b - old);
         if (!turns_less(now[i], was[i], rules.fold_cosine) || zero_area(x, a, b)) return false;
@@ -467,9 +483,9 @@ bool Relaxation::is_allowed(const Star& star, int32_t v, const Vec3& x) const {
     };
     for (int i = 0; i < star.count; ++i) {
         const Spoke& spoke = star.spokes[i];
-        const Vec3 &a = pos[spoke.ring], &b = pos[star.after(i).ring];
+        const Vec3 a = level.position(spoke.ring), b = level.position(star.after(i).ring);
         if (spoke.beyond >= 0) {
-            const Vec3& o = pos[spoke.beyond];
+            const Vec3 o = level.position(spoke.beyond);
             const Vec3 outside = cross(o - a, b - a);
             if (folds(now[i], outside, was[i], outside) || edge_is_nld(a, b, x, o)) return false;
         } else if (rules.boundary_rule && boundary_edge_is_nld(a, b, x))
@@ -477,12 +493,13 @@ bool Relaxation::is_allowed(const Star& star, int32_t v, const Vec3& x) const {
         const int before = star.before(i);
         if (before >= 0) {
             if (folds(now[i], now[before], was[i], was[before])) return false;
-            if (edge_is_nld(x, a, pos[star.spokes[before].ring], b)) return false;
+            if (edge_is_nld(x, a, level.position(star.spokes[before].ring), b)) return false;
         } else if (rules.boundary_rule && boundary_edge_is_nld(x, a, b))
             return false;
     }
     return !star.open || !rules.boundary_rule ||
-           !boundary_edge_is_nld(x, pos[star.spokes[star.count].ring], pos[star.spokes[star.count - 1].ring]);
+           !boundary_edge_is_nld(x, level.position(star.spokes[star.count].ring),
+                                 level.position(star.spokes[star.count - 1].ring));
 }
 
 // What the samples of the star would cost with its vertex at x, and which face each would be closest to. No further than `most`.
@@ -496,19 +513,19 @@ double Relaxation::try_samples(const Star& star, const Vec3& x, double most) {
     for (int i = 0; i < star.count && sum < most; ++i) {
         for (int32_t k = head[face_of(star.spokes[i].corner)]; k >= 0; k = samples[k].next) {
             Sample& sample = samples[k];
-            const Vec3 off = sample.at - x;
+            const Vec3 place = sample.place(), off = place - x;
             int closest = i;
-            double best = triangle_distance_squared(sample.at, x, at[star.spokes[i].ring], at[star.after(i).ring]);
+            double best = triangle_distance_squared(place, x, at[star.spokes[i].ring], at[star.after(i).ring]);
             for (int j = 0; j < star.count; ++j) {
                 if (j == i) continue;
                 const double height = dot(off, normals[j]);
                 if (height * height >= best * sizes[j]) continue; // the plane is farther already
-                const double d = triangle_distance_squared(sample.at, x, at[star.spokes[j].ring], at[star.after(j).ring]);
+                const double d = triangle_distance_squared(place, x, at[star.spokes[j].ring], at[star.after(j).ring]);
                 if (d < best) best = d, closest = j;
             }
-            sample.new_distance2 = best;
+            sample.new_distance2 = static_cast<float>(best);
             sample.face = closest;
-            sum += sample_cost(sample, best);
+            sum += sample_cost(sample, sample.new_distance2);
         }
     }
     return sum;
@@ -543,7 +560,7 @@ void Relaxation::move(int32_t v) {
         for (int32_t k = head[face_of(star.spokes[i].corner)]; k >= 0; k = samples[k].next) {
             const Sample& sample = samples[k];
             before += sample_cost(sample, sample.distance2);
-            const ClosestPoint c = closest_on_triangle(sample.at, o, a, b);
+            const ClosestPoint c = closest_on_triangle(sample.place(), o, a, b);
             equations.add(slope(sample.weight, far_sample, sample.distance2), c.weight[0], c.residual,
                           c.inside ? n : Vec3{0, 0, 0});
         }
@@ -566,24 +583,27 @@ void Relaxation::move(int32_t v) {
     double length = 1;
     for (int attempt = 0; attempt < kTries; ++attempt, length *= 0.5) {
         for (int kind = slides ? 0 : 1; kind < 2; ++kind) {
-            const Vec3 x = round_to(rules.precision, pos[v] + (length * frame.unit) * (kind == 0 ? slid : step));
-            if (x == pos[v] || !is_allowed(star, v, x)) continue;
+            const Vec3 x = round_to(rules.precision, level.position(v) + (length * frame.unit) * (kind == 0 ? slid : step));
+            if (x == level.position(v) || !is_allowed(star, v, x)) continue;
             const Vec3 there = frame(x);
             double after = try_samples(star, there, before);
             for (int i = 0; i < follower_count && after < before; ++i) {
                 Follower& follower = followers[i];
                 const Spot& spot = spots[follower.spot];
-                follower.hit = in_bvh.closest(follower.share * there + follower.rest, spot.near);
-                after += spot_cost(spot, follower.hit.distance_squared);
+                const Bvh::Hit hit = in_bvh.closest(follower.share * there + follower.rest, spot.near);
+                follower.new_near = hit.triangle;
+                follower.new_distance2 = static_cast<float>(hit.distance_squared);
+                after += spot_cost(spot, follower.new_distance2);
             }
             if (!(after < before)) continue;
             for (int i = 0; i < follower_count; ++i) {
                 Spot& spot = spots[followers[i].spot];
-                spot.distance2 = followers[i].hit.distance_squared;
-                spot.near = followers[i].hit.triangle;
+                spot.distance2 = followers[i].new_distance2;
+                spot.near = followers[i].new_near;
             }
             hand_over(star);
-            pos[v] = x;
+            level.set_position(v, x);
+            has_moved[v] = kMoved | kMovedNow;
             at[v] = there;
             return;
         }
@@ -595,7 +615,7 @@ Status Relaxation::sweep(double from, double to) {
     DM_TRY(find_closest());
     if (!(per_far2 > 0)) { // the first one says what is far
         double mean = 0;
-        for (const Sample& s : samples) mean += s.weight * s.distance2;
+        for (const Sample& s : samples) mean += static_cast<double>(s.weight) * s.distance2;
         if (mean > 0) per_far2 = 1 / (kFar * kFar * mean);
         if (!std::isfinite(per_far2)) per_far2 = 0;
         far_sample = kFarWeight / static_cast<double>(samples.size());
@@ -613,14 +633,12 @@ Status Relaxation::sweep(double from, double to) {
     return DELMESH_OK;
 }
 
-// False if nothing has moved.
-bool Relaxation::store_positions() {
+// Since it was last asked.
+bool Relaxation::has_moved_now() {
     bool any = false;
-    for (const int32_t v : order) {
-        if (pos[v] == level.position(v)) continue;
-        has_moved[v] = 1;
-        any = true;
-        level.set_position(v, pos[v]);
+    for (uint8_t& moved : has_moved) {
+        any |= (moved & kMovedNow) != 0;
+        moved &= static_cast<uint8_t>(~kMovedNow);
     }
     return any;
 }
@@ -639,9 +657,9 @@ Status Relaxation::run(int64_t& moved) {
     DM_TRY(look_back());
     for (int32_t i = 0; i < rules.sweeps; ++i) {
         DM_TRY(sweep(0.15 + 0.85 * i / rules.sweeps, 0.15 + 0.85 * (i + 1) / rules.sweeps));
-        if (!store_positions()) break;
+        if (!has_moved_now()) break;
     }
-    for (const uint8_t m : has_moved) moved += m;
+    for (const uint8_t m : has_moved) moved += m & kMoved;
     return DELMESH_OK;
 }
 
