@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "algo/parallel_slices.h"
 #include "base/box.h"
 #include "geom/angle.h"
 #include "geom/predicates.h"
@@ -31,17 +32,14 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
     const double size_of_all = box.longest_side();
     const double unit = 1 / (size_of_all * size_of_all) / (size_of_all * size_of_all);
     flip_weight = rules.flip_weight * unit;
-    DM_TRY(context.progress(0));
-    verts.assign(all, Vertex{});
-    DM_TRY(context.progress(0));
-    next_merged.assign(all, -1);
+    DM_TRY(fill(context, verts, all, Vertex{}));
+    DM_TRY(fill(context, next_merged, all, -1));
     for (Array<int32_t>* each : {&merged_into, &last_merged, &place_of}) {
         each->resize_uninitialized(all);
         for (int32_t v = 0; v < all; ++v) (*each)[v] = v;
     }
     DM_TRY(context.progress(0));
     // Only their ratios matter, and the queue has a range.
-    DM_TRY(context.progress(0));
     const double most_weight = vert_weights == nullptr || all == 0 ? 1 : *std::max_element(vert_weights, vert_weights + all);
     Array<uint8_t> special(context.memory(), all, 0);
     for (int32_t f = 0; f < faces; ++f) {

@@ -21,6 +21,16 @@ Status parallel_slices(Context& context, int64_t count, int64_t grain, double fr
     return DELMESH_OK;
 }
 
+// Array::assign, with a look for a cancel every few megabytes: the first touch of memory takes time.
+template <class T>
+Status fill(Context& context, Array<T>& array, int64_t size, const T& value) {
+    constexpr int64_t kGrain = (int64_t{1} << 22) / sizeof(T) + 1;
+    array.resize_uninitialized(size);
+    return context.parallel(size, kGrain, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) array[i] = value;
+    });
+}
+
 inline int64_t block_count(int64_t count, int64_t grain) {
     return (count + grain - 1) / grain;
 }

@@ -336,8 +336,7 @@ Status Relaxation::find_closest() {
 Status Relaxation::look_back() {
     const int32_t faces = level.faces();
     DM_TRY(check_count(vert_spot(level.vertices())));
-    spots.assign(vert_spot(level.vertices()), Spot{0, 0, 0});
-    DM_TRY(context.progress(0));
+    DM_TRY(fill(context, spots, vert_spot(level.vertices()), Spot{0, 0, 0}));
     double total = 0;
     for (int32_t f = 0; f < faces; ++f) total += length(face_normal(f));
     if (!(total > 0)) total = 1;
