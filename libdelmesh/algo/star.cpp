@@ -65,6 +65,8 @@ bool Decimator::gather(int32_t c, Star& star) const {
         spoke.ring = s.head(k);
         const int32_t outer = next_corner(k), beyond = s.twin(outer);
         spoke.beyond = beyond < 0 ? -1 : s.apex(beyond);
+        __builtin_prefetch(&s.pos[spoke.ring]);
+        if (spoke.beyond >= 0) __builtin_prefetch(&s.pos[spoke.beyond]);
         spoke.kept = s.is_kept(k);
         spoke.link_kept = s.is_kept(outer);
         spoke.frozen = s.is_frozen(k);
