@@ -103,11 +103,12 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     SpatialOrder order(context.memory());
     Mesh sorted(context.memory());
     DM_TRY(sort_in_space(context, full, order, sorted));
-    // Of the Delaunay mesh only what it has of the source is still needed.
-    for (Array<int32_t>* each : {&full.corner_vert, &full.corner_twin}) each->free_storage();
-    full.corner_bits.free_storage();
-    full.pos32.free_storage();
-    full.pos64.free_storage();
+    if (options.map == 0) { // what it has of the source is all that is still needed of the Delaunay mesh
+        for (Array<int32_t>* each : {&full.corner_vert, &full.corner_twin}) each->free_storage();
+        full.corner_bits.free_storage();
+        full.pos32.free_storage();
+        full.pos64.free_storage();
+    }
     Surface surface(context, sorted, full.precision);
     sorted = Mesh(context.memory());
     DM_TRY(context.progress(0));
