@@ -328,7 +328,7 @@ class Refusals(unittest.TestCase):
                 ({"x": Layer(uvs, domain="edge")}, "The layer 'x' was of edges, and no 'edges' were given"),
                 ({"x": np.array(["a"] * 864)}, "The layer 'x' had the type <U1, which is no real number that can be carried"),
                 ({"x": uvs.astype(complex)}, "The layer 'x' had the type complex128"),
-                ({"x": uvs.astype(np.longdouble)}, "The layer 'x' had the type float128"),
+                ({"x": uvs.astype("datetime64[s]")}, "The layer 'x' had the type datetime64"),
                 ({"x": 3.0}, r"The layer 'x' had the shape \(\) and not \(n, ...\)"),
                 ({"x": np.empty((864, 0))}, r"The layer 'x' had the shape \(864, 0\)"),
                 ({"x": Layer(ids, kind="uv")}, "The layer 'x' was of faces, and the kind 'uv' is of corners"),
