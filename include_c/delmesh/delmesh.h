@@ -195,7 +195,10 @@ typedef struct delmesh_layer {
     double tolerance;        /* values that differ by no more in each component are the same; 0 (default): bitwise, and -0 = 0 */
     double affine_tolerance; /* UV: by how much the texture may move on flat places, in its own units; < 0 (default): 1e-5 of the
                                 range of its values */
-    double weight;           /* decimation: how much an error of this layer counts, see delmesh_decimate_options; 0 (default): not */
+    double weight;           /* decimation of the mesh: how much an error of this layer counts. 1: one of a hundredth of the range of its
+                                values (of the component that has the largest) as much as a distance of a hundredth of the
+                                longest side of the mesh's bounding box. 0 (default): not at all. UVs 1, normals 0.1 are a
+                                start; layers of faces have none */
     delmesh_view values;     /* as many as corners, in their order, 1..16 float32, float64, int32, uint32 or uint8;
                                 or as many as faces */
 } delmesh_layer;

@@ -73,7 +73,9 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     Stopwatch watch;
     report.vertices_in = in.vertices();
     report.faces_in = in.faces();
-    const delmesh_remesh_options prepare = how_to_prepare(options);
+    delmesh_remesh_options prepare = how_to_prepare(options);
+    const bool has_weights = Wedges::are_needed(in);
+    if (has_weights) prepare.map = 1;
     Mesh full(context.memory());
     {
         const Context::Part part(context, 0, 0.2);
@@ -125,6 +127,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
             locked.push_back(source >= 0 ? input.locked_verts[source] : 0);
         }
     Decimator decimator(context, surface, rules);
+    if (has_weights) DM_TRY(decimator.wedges.begin(context, in, full, order, surface));
     DM_TRY(decimator.begin(weights.empty() ? nullptr : weights.data(), locked.empty() ? nullptr : locked.data()));
     LevelMaker maker(context, in, full, order, surface, decimator);
     LevelMap corner_maps(context, in, full, surface.kept_bits);

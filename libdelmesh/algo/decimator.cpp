@@ -12,9 +12,9 @@
 
 namespace dm {
 Decimator::Decimator(Context& context_, Surface& surface, const DecimationRules& rules_)
-    : merged_into(context_.memory()), next_merged(context_.memory()), last_merged(context_.memory()), place_of(context_.memory()),
-      context(context_), s(surface), rules(rules_), verts(context_.memory()), queue(context_.memory()),
-      to_flip(context_.memory()), flipped(context_.memory()), changed(context_.memory()) {}
+    : wedges(context_.memory()), merged_into(context_.memory()), next_merged(context_.memory()), last_merged(context_.memory()),
+      place_of(context_.memory()), context(context_), s(surface), rules(rules_), verts(context_.memory()),
+      queue(context_.memory()), to_flip(context_.memory()), flipped(context_.memory()), changed(context_.memory()) {}
 
 Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts) {
     const int32_t all = s.vertices(), faces = s.faces();
@@ -75,6 +75,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         verts[v].kind = verts[v].locked ? Kind::corner : kind_among(special[v]);
         if (vert_weights != nullptr) verts[v].quadric *= vert_weights[v] / most_weight;
     }
+    if (wedges.has_values()) DM_TRY(wedges.add_faces(context, s, origin, unit / most_weight, size_of_all, vert_weights));
     queue.begin((all >> kPartBits) + 1, s.corners() / 2);
     return sweep();
 }
@@ -138,7 +139,7 @@ void Decimator::push(int32_t c) {
         return;
     }
     const int32_t p = s.vert(c), q = s.head(c);
-    const Quadric sum = verts[p].quadric + verts[q].quadric;
+    const Quadric sum = merged(c);
     const Vec3 w = at_p ? s.at(p) : at_q ? s.at(q) : optimum(sum, p, q);
     enqueue(BucketQueue<Entry>::bucket(sum.at(w - origin)), {c, p, q, stamp_of(p, q), kNothing});
 }
@@ -278,7 +279,7 @@ bool Decimator::lines_hold_back() const {
         if (!looked_at || s.twin(c) < c || s.is_dead(face_of(c))) continue;
         const Vertex &p = verts[s.vert(c)], &q = verts[s.head(c)];
         if (p.kind == Kind::corner && q.kind == Kind::corner) continue; // that is what corners are for
-        const Quadric sum = p.quadric + q.quadric;
+        const Quadric sum = merged(c);
         const double at_p = sum.at(s.at(s.vert(c)) - origin), at_q = sum.at(s.at(s.head(c)) - origin);
         const double error = p.kind == Kind::corner ? at_p : q.kind == Kind::corner ? at_q : std::min(at_p, at_q);
         held += error < kCheap * cost;
@@ -353,7 +354,7 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
         return;
     }
     const int32_t p = s.vert(c), q = s.head(c);
-    const Quadric sum = verts[p].quadric + verts[q].quadric;
+    const Quadric sum = merged(c);
     const Vec3 a = s.at(p), b = s.at(q);
     Place best;
     best.cost = kNever;
@@ -436,8 +437,10 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
         __builtin_prefetch(&verts[star.spokes[i].ring]);
         __builtin_prefetch(&verts[star.spokes[i].ring].version);
     }
+    const Wedges::Sides sides = wedges.empty() ? Wedges::Sides{} : wedges.sides(s, c);
     s.collapse(c);
     s.pos[p] = place.at == before ? before : place.at == at_q ? at_q : place.at; // -0 is 0, but not its bits
+    if (!wedges.empty()) wedges.merge(s, p, sides);
     flipped.clear();
     changed.clear();
     bool done = true;
@@ -465,11 +468,13 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
     if (may_fail && !done) {
         s.undo_trial();
         s.pos[p] = before;
+        wedges.undo();
         ++counts.undone;
         return false;
     }
     if (may_fail) s.keep_trial();
     verts[p].quadric += verts[q].quadric;
+    wedges.keep();
     verts[p].kind = std::max(verts[p].kind, verts[q].kind);
     verts[p].locked |= verts[q].locked;
     ++verts[p].version;
@@ -516,7 +521,11 @@ bool Decimator::flip_until_delaunay(double budget, double& moved) {
                 if (!turns_less(m, n, rules.fold_cosine)) return moved = kNever, false;
         if (zero_area(a, y, x) || zero_area(b, x, y) || flip_folds(c)) return moved = kNever, false;
         moved += moved_by_flip(a, b, x, y);
+        if (!wedges.empty())
+            moved += wedges.moved_by_flip(wedges.stand(s, c), wedges.stand(s, t), wedges.stand(s, prev_corner(c)),
+                                          wedges.stand(s, prev_corner(t)));
         if (moved > budget) return false;
+        if (!wedges.empty()) wedges.flip(s, c);
         s.flip(c);
         changed.push_back(face_of(c));
         changed.push_back(face_of(t));

@@ -11,6 +11,7 @@
 
 #include "algo/bucket_queue.h"
 #include "algo/deviation_guard.h"
+#include "algo/wedges.h"
 #include "geom/angle.h"
 #include "geom/quadric.h"
 #include "mesh/surface.h"
@@ -46,6 +47,7 @@ public:
     void finish() {
         verts.free_storage();
         queue.free_storage();
+        wedges.free_storage();
     }
 
     // How many of the edges at a vertex are on the boundary or kept says how it may move.
@@ -54,6 +56,7 @@ public:
     // Takes components away whose bounding box has a smaller diagonal: not the largest one, nor one in which something has to stay.
     Status prune(double diagonal, int64_t& pruned);
 
+    Wedges wedges;                   // may have begun before begin()
     DeviationGuard* guard = nullptr; // has to agree with every collapse, if there is one
     int64_t vertices_left = 0, faces_left = 0;
     int32_t stopped_by = DELMESH_STOPPED_BY_TARGET; // the last run
@@ -115,6 +118,11 @@ private:
     // A line may get shorter from where it ends inside: noise has many of these.
     static Kind kind_among(int lines) { return lines > 2 ? Kind::corner : lines > 0 ? Kind::crease : Kind::smooth; }
     void find_kind_again(int32_t v);
+    // Of the vertex that the edge c is collapsed to.
+    Quadric merged(int32_t c) const {
+        const Quadric sum = verts[s.vert(c)].quadric + verts[s.head(c)].quadric;
+        return wedges.empty() ? sum : sum + wedges.merged(s, c);
+    }
     void push(int32_t c);
     void push_around(int32_t v);
     void enqueue(int32_t bucket, const Entry& e) { queue.push(e.p >> kPartBits, bucket, e); }

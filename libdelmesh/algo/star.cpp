@@ -130,6 +130,12 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
                 if (spoke.link_kept) return trial;
                 ++trial.nld;
                 trial.flips += moved_by_flip(a, b, w, spoke.at_beyond);
+                if (!wedges.empty()) {
+                    const int32_t k = spoke.corner, outer = next_corner(k);
+                    trial.flips +=
+                        wedges.moved_by_flip(wedges.stand(s, outer), wedges.stand(s, prev_corner(k)),
+                                             wedges.stand_after(s, star.c, k, w), wedges.stand(s, prev_corner(s.twin(outer))));
+                }
             }
         } else if (rules.boundary_rule && !spoke.link_frozen && boundary_edge_is_nld(a, b, w))
             return trial;
@@ -144,6 +150,12 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
                 if (spoke.kept) return trial;
                 ++trial.nld;
                 trial.flips += moved_by_flip(w, a, o, b);
+                if (!wedges.empty()) {
+                    const int32_t k = spoke.corner;
+                    trial.flips += wedges.moved_by_flip(wedges.stand_after(s, star.c, k, w), wedges.stand(s, next_corner(k)),
+                                                        wedges.stand(s, next_corner(star.spokes[before].corner)),
+                                                        wedges.stand(s, prev_corner(k)));
+                }
             }
         }
     }

@@ -3,6 +3,7 @@
 #include "support.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -534,6 +535,101 @@ static void nothing_straddles(void** state) {
     delmesh_mesh_destroy(mesh);
 }
 
+/* A flat square of 8 x 8 cells whose texture has a bump of height 1 in the middle, over one ring of cells. */
+enum { SIDE = 8, BUMP_VERTS = (SIDE + 1) * (SIDE + 1), BUMP_FACES = 2 * SIDE * SIDE };
+static double u_of_bump(int v) {
+    return v == BUMP_VERTS / 2 ? 1 : 0;
+}
+/* What u is in the middle of a square made of at most so many faces. */
+static double u_in_the_middle(delmesh_context* context, double weight, int64_t faces) {
+    static float points[BUMP_VERTS][3], uv[3 * BUMP_FACES][2];
+    static int32_t corners[3 * BUMP_FACES];
+    for (int v = 0; v < BUMP_VERTS; ++v) points[v][0] = (float)(v % (SIDE + 1)), points[v][1] = (float)(v / (SIDE + 1));
+    for (int q = 0; q < SIDE * SIDE; ++q) {
+        const int a = q / SIDE * (SIDE + 1) + q % SIDE, d = a + SIDE + 1;
+        const int32_t verts[6] = {a, a + 1, d + 1, a, d + 1, d};
+        memcpy(corners + 6 * q, verts, sizeof verts);
+    }
+    for (int c = 0; c < 3 * BUMP_FACES; ++c) uv[c][0] = (float)u_of_bump(corners[c]), uv[c][1] = 0;
+    delmesh_layer l = layer(DELMESH_LAYER_UV, view(uv, 3 * BUMP_FACES, DELMESH_FLOAT32, 2));
+    l.weight = weight;
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = view(points, BUMP_VERTS, DELMESH_FLOAT32, 3);
+    desc.corner_verts = view(corners, 3 * BUMP_FACES, DELMESH_INT32, 1);
+    desc.layers = &l;
+    desc.layer_count = 1;
+    delmesh_mesh *mesh = make(context, &desc), *out;
+    const delmesh_target target = {DELMESH_TARGET_FACES, 0, (double)faces};
+    delmesh_decimate_options options;
+    delmesh_decimate_options_init(&options, sizeof options);
+    options.map = 1;
+    assert_status(delmesh_decimate(context, mesh, &target, &options, &out, NULL, NULL), context, DELMESH_OK);
+    const int64_t left = info_of(out).corners;
+    assert_true(left <= 3 * faces);
+    static float at[BUMP_VERTS][3], values[3 * BUMP_FACES][2];
+    static int32_t verts[3 * BUMP_FACES];
+    const delmesh_view_mut views[] = {{at, info_of(out).vertices, 0, DELMESH_FLOAT32, 3}, {verts, left, 0, DELMESH_INT32, 1}},
+                           to = {values, left, 0, DELMESH_FLOAT32, 2};
+    assert_int_equal(delmesh_mesh_read(out, DELMESH_POSITION, &views[0]), DELMESH_OK);
+    assert_int_equal(delmesh_mesh_read(out, DELMESH_CORNER_VERT, &views[1]), DELMESH_OK);
+    assert_status(delmesh_transfer(context, out, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &l.values, &to), context,
+                  DELMESH_OK);
+    double found = NAN;
+    for (int64_t c = 0; c < left; c += 3) {
+        double area[3], sum = 0, u = 0;
+        bool inside = true;
+        for (int k = 0; k < 3; ++k) {
+            const float *a = at[verts[c + (k + 1) % 3]], *b = at[verts[c + (k + 2) % 3]];
+            area[k] = (double)((a[0] - SIDE / 2) * (b[1] - SIDE / 2) - (a[1] - SIDE / 2) * (b[0] - SIDE / 2));
+            inside = inside && area[k] >= 0;
+            sum += area[k];
+        }
+        for (int k = 0; k < 3; ++k) u += area[k] / sum * (double)values[c + k][0];
+        if (inside) found = u;
+    }
+    delmesh_mesh_destroy(out);
+    delmesh_mesh_destroy(mesh);
+    return found;
+}
+
+/* A flat place is nothing to the quadrics of distances. */
+static void weights_hold_textures(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    assert_true(u_in_the_middle(context, 0, 24) < 0.3);
+    assert_true(u_in_the_middle(context, 1, 24) > 0.7);
+    assert_true(u_in_the_middle(context, 0.01, 24) > 0.7); /* there is nothing else to pay for */
+    /* With seams, which merge and end: each side has its own values. */
+    for (int charts = 0; charts < 2; ++charts) {
+        static Cube cube;
+        make_cube(charts, &cube);
+        delmesh_layer l = layer(DELMESH_LAYER_UV, view(cube.uv, 384, DELMESH_FLOAT32, 2));
+        l.weight = 1;
+        delmesh_mesh_desc desc;
+        delmesh_mesh_desc_init(&desc, sizeof desc);
+        desc.positions = view(cube.points, 98, DELMESH_FLOAT32, 3);
+        desc.corner_verts = view(cube.quads, 384, DELMESH_INT32, 1);
+        desc.face_sizes = view(cube.sizes, 96, DELMESH_INT32, 1);
+        desc.layers = &l;
+        desc.layer_count = 1;
+        delmesh_mesh* mesh = make(context, &desc);
+        for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode) {
+            const delmesh_target targets[] = {{DELMESH_TARGET_FACES, 0, 96}, {DELMESH_TARGET_FACES, 0, 12}};
+            delmesh_decimate_options options;
+            delmesh_decimate_options_init(&options, sizeof options);
+            options.prepare = mode;
+            options.map = 1;
+            delmesh_mesh* out[2];
+            assert_status(delmesh_lod_family(context, mesh, targets, 2, &options, out, NULL, NULL), context, DELMESH_OK);
+            for (int i = 0; i < 2; ++i) {
+                check_level_of_cube(out[i], mesh, charts, &cube);
+                delmesh_mesh_destroy(out[i]);
+            }
+        }
+        delmesh_mesh_destroy(mesh);
+    }
+}
+
 static void expect(delmesh_context* context, const delmesh_mesh_desc* desc, int32_t status, const char* sentence) {
     delmesh_mesh* mesh = (delmesh_mesh*)(uintptr_t)1;
     assert_int_equal(delmesh_mesh_create(context, desc, &mesh), status);
@@ -606,6 +702,7 @@ int main(void) {
         cmocka_unit_test(sides_of_a_seam),
         cmocka_unit_test(levels_know_their_side),
         cmocka_unit_test(nothing_straddles),
+        cmocka_unit_test(weights_hold_textures),
         cmocka_unit_test(wrong_layers),
     };
     return cmocka_run_group_tests_name("layers", tests, setup, teardown);
