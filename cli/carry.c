@@ -90,6 +90,7 @@ bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, 
         delmesh_layer_init(view, sizeof *view);
         view->kind = kinds[layer->kind];
         view->border = DELMESH_BORDER_KEEP;
+        if (layer->kind == kLayerUv) view->weight = carry->uv_weight;
         view->values = view_of(layer);
         out->from[out->count++] = i;
     }

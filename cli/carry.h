@@ -14,6 +14,7 @@ typedef struct Carry {
     const char *keep, *release; /* as given: kinds with commas between */
     bool bare;
     bool kept[kLayerKinds]; /* whether the borders of that kind stay */
+    double uv_weight;       /* of kept UVs in decimation */
     Names lost;             /* in words */
 } Carry;
 

@@ -449,6 +449,8 @@ static int run(Lod* l, int count, char** arguments) {
                       "how far a collapse may turn a normal (78)"),
         option_number("--boundary-weight", &l->options.boundary_weight, 0, 1e6, "W",
                       "of boundaries and features, against surface (1)"),
+        option_number("--uv-weight", &l->session.carry.uv_weight, 0, 1e6, "W",
+                      "of UVs, against surface: 1 holds textures still (0)"),
         option_string("--density", &l->density_path, "FILE", "detail wanted: a number over 0 per vertex, a line each"),
         option_string("--lock", &l->lock_path, "FILE", "a number per vertex, a line each: where not 0, it stays"),
         option_string("--region", &l->region_path, "FILE", "a number per face, a line each: where 0, nothing changes"),
