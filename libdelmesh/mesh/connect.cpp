@@ -389,18 +389,13 @@ Status split_fans(Context& context, bool strict, double from, double to, Mesh& m
             };
             // Counter-clockwise to the end of the fan or all the way round, then clockwise from the start.
             int32_t c = static_cast<int32_t>(first);
-            const auto met_twice = [&] {
-                return context.fail(DELMESH_ERROR_INTERNAL, "The faces around vertex %d could not be put in order.", v);
-            };
             do {
-                if (walked[c] != 0) return met_twice();
                 give(c);
                 c = twin[prev_corner(c)];
             } while (c >= 0 && c != first);
             if (c >= 0) continue;
             for (c = twin[first]; c >= 0; c = twin[c]) {
                 c = next_corner(c);
-                if (walked[c] != 0) return met_twice();
                 give(c);
             }
         }

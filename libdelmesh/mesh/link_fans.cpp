@@ -185,7 +185,7 @@ private:
         for (int32_t i = 0; i < count; ++i) twin_[corners[i]] = back_[before_[i] & kPlace];
         for (int64_t v = begin; v < end; ++v) {
             const int32_t at = static_cast<int32_t>(corners_.begin(v) - corners), size = corners_.count(v);
-            int32_t place = at;
+            int32_t place = at, home = -1; // after as many steps as there are corners
             uint64_t seen = 0;
             bool one = true;
             for (int i = 0; i < kFew; ++i) { // once around, or more often
@@ -193,8 +193,10 @@ private:
                 one &= before >> 16 == 1;
                 seen |= uint64_t{1} << ((place - at) & 63);
                 place = before & kPlace;
+                home = i + 1 == size ? place : home;
             }
-            if (size != 0 && (size > kFew || !one || seen != (uint64_t{1} << size) - 1)) link_alone(v);
+            // Where two corners lead to the same place, a walk may see all of them and still not come home.
+            if (size != 0 && (size > kFew || !one || home != at || seen != (uint64_t{1} << size) - 1)) link_alone(v);
         }
     }
 

@@ -401,6 +401,22 @@ static void test_book(void** state) {
     expect_strict(&desc, "The 50 faces at the edge from vertex 0 to 1 were no manifold, and 'strict' forbids to cut it.");
 }
 
+/* Four quads around vertex 3, the third of which has vertex 0 where a sheet would have 4: three of their triangles are at the edge
+ * from 0 to 3, so that two corners of 3 lead to one, and a walk around 3 sees all of them without coming back. */
+static void test_walk_that_does_not_come_home(void** state) {
+    (void)state;
+    static const float points[] = {0, 3, 0, 0, 4, 0, 0, 5, 0, 1, 4, 0, 1, 3, 0, 1, 5, 0, 2, 3, 0, 2, 4, 0, 2, 5, 0};
+    static const int32_t triangles[] = {0, 4, 3, 0, 3, 1, 1, 3, 5, 1, 5, 2, 0, 6, 7, 0, 7, 3, 3, 7, 8, 3, 8, 5};
+    const delmesh_mesh_desc desc = desc_of(points, 9, triangles, COUNT(triangles));
+    shim_mesh* const m = made(&desc);
+    const delmesh_mesh_info n = shim_mesh_info(m);
+    assert_int_equal(n.nonmanifold_edges, 1);
+    assert_int_equal(n.reoriented_faces, 0);
+    assert_int_equal(shim_mesh_validate(m), DELMESH_OK);
+    shim_mesh_free(m);
+    expect_strict(&desc, "The 3 faces at the edge from vertex 0 to 3 were no manifold, and 'strict' forbids to cut it.");
+}
+
 static void test_two_tetrahedra(void** state) {
     (void)state;
     /* Sharing the edge 0 1: four faces there, of which all are cut. The two are held together by the edge 2 3 and 4 5 alone. */
@@ -657,7 +673,7 @@ static void test_marked_edges(void** state) {
     static const int32_t corners[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
     static const int32_t marked[] = {1, 0, 0, 1, 4, 0, 2, 3, 2, 2};
     static const uint16_t bits[] = {DELMESH_EDGE_MARKED, 0, 0, DELMESH_EDGE_MARKED, 0, 0, DELMESH_EDGE_MARKED, 0,
-                                   DELMESH_EDGE_MARKED};
+                                    DELMESH_EDGE_MARKED};
     delmesh_mesh_desc desc = desc_of(kPoints, 5, corners, COUNT(corners));
     desc.marked_edges = view(marked, 5, DELMESH_INT32, 2);
     shim_mesh* const m = made(&desc);
@@ -983,6 +999,7 @@ int main(void) {
         cmocka_unit_test(test_duplicates),
         cmocka_unit_test(test_orientation),
         cmocka_unit_test(test_book),
+        cmocka_unit_test(test_walk_that_does_not_come_home),
         cmocka_unit_test(test_two_tetrahedra),
         cmocka_unit_test(test_double_sided),
         cmocka_unit_test(test_back_of_a_solid),
