@@ -322,7 +322,7 @@ def main():
     parser.add_argument("--only", default="")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
-    library, tally, skipped = _library.library(), Tally(options.verbose), 0
+    library, tally, skipped = _library.loaded_library(), Tally(options.verbose), 0
     if options.only in "tube":
         check_mesh(tally, tube())
     for name in SHORT if options.short else MESHES:

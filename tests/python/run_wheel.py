@@ -37,7 +37,7 @@ def check(python, source, library, folder):
     more = {name for name in names - expected if ".dist-info/" not in name}
     assert not missing and len(more) == 1 and next(iter(more)).startswith("delmesh/lib/"), (missing, more)
     run(python, "-m", "pip", "install", "-q", "--no-deps", "--force-reinstall", wheel, cwd=folder)
-    found = run(python, "-c", "import delmesh._library as l; print(l.library().path)", cwd=folder)
+    found = run(python, "-c", "import delmesh._library as l; print(l.loaded_library().path)", cwd=folder)
     assert pathlib.Path(found).is_relative_to(python.parents[1].resolve()), f"{found} was loaded instead of the wheel's"
     run(python, ROOT / "tests" / "python" / "test_package.py", "Documentation", "ShortCalls", cwd=folder)
     print(f"{wheel.name} from {source.name}: {found.removeprefix(str(python.parents[1].resolve()))}")

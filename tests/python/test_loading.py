@@ -116,7 +116,7 @@ class Loading(unittest.TestCase):
                 shutil.copytree(ROOT / "bindings/python/delmesh", package, ignore=shutil.ignore_patterns("__pycache__"))
                 (package / place).mkdir(parents=True, exist_ok=True)
                 shutil.copy(LIBRARY, package / place / _library._FILE)
-                said = run(WHICH + "\nfrom delmesh._library import library; print(library().path)", DELMESH_LIBRARY=None,
+                said = run(WHICH + "\nfrom delmesh._library import loaded_library; print(loaded_library().path)", DELMESH_LIBRARY=None,
                            PYTHONPATH=folder)
                 self.assertEqual(said.split("\n"), [delmesh.version(), str((package / place / _library._FILE).resolve())])
 

@@ -73,7 +73,7 @@ def load_library(path=None):
     return library
 
 
-def library():
+def loaded_library():
     """The library in use, loaded at the first call."""
     return _default or load_library()
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from . import _arrays, _capi, _choices, _reports, layers as _layers
 from ._choices import names as _names
-from ._library import library as _default_library
+from ._library import loaded_library
 from ._reports import (CertifyReport, DecimateReport, DistanceReport, LevelReport, MeshInfo, PreserveEstimate, QualityReport,
                        RemeshReport)
 from .errors import BY_STATUS, Busy, DelmeshError, InvalidArgument
@@ -177,7 +177,7 @@ class Context:
     """
 
     def __init__(self, threads=0, memory_limit=0, allocation_limit=0, log=None, library=None):
-        self._library = library or _default_library()
+        self._library = library or loaded_library()
         self._threads = threads
         self._callbacks = _Callbacks(log)
         self._lock = threading.Lock()
@@ -826,4 +826,4 @@ def distance(a, b, *, progress: Progress = None, cancel: CancelToken | None = No
 
 def version():
     """The version of the library that runs, e.g. "0.1.0"."""
-    return _default_library().version_string
+    return loaded_library().version_string
