@@ -305,6 +305,7 @@ private:
         if (!has_boundary) piece_options.boundary = DELMESH_BOUNDARY_IGNORE;
         piece_options.max_vertices = 64 * static_cast<int64_t>(piece.vertices()) + 20000;
         piece_options.compact = 0;
+        piece_options.map = 0;
         piece_options.strict = 0;
         delmesh_remesh_report report{};
         const Status status = remesh(context, piece, piece_options, result, report, &whole);
@@ -416,6 +417,18 @@ private:
             has_boundary |= t < 0;
             piece.corner_twin[i] = g >= 0 ? 3 * g + t % 3 : kBoundary;
             if (!in.corner_bits.empty()) piece.corner_bits[i] = in.corner_bits[c];
+        }
+        // Textures limit what is flipped in flat places.
+        for (MeshLayer layer : in.layers) {
+            if (layer.first_value >= 0) {
+                const float* const values = in.layer_values.data() + layer.first_value;
+                layer.first_value = piece.layer_values.size();
+                piece.layer_values.reserve(layer.first_value + corners * layer.components);
+                for (const int32_t f : faces)
+                    for (int64_t k = 0; k < 3 * layer.components; ++k)
+                        piece.layer_values.push_back(values[3 * int64_t{f} * layer.components + k]);
+            }
+            piece.layers.push_back(layer);
         }
         // Where only some of the faces around a vertex are taken, each fan of them gets a vertex of its own.
         piece.corner_vert.assign(corners, -1);

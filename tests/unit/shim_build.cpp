@@ -33,6 +33,8 @@ MeshInput input_of(const delmesh_mesh_desc& desc) {
     input.marked_edges = desc.marked_edges;
     input.weld = desc.weld != 0;
     input.strict = desc.strict != 0;
+    input.layer_count = desc.layer_count;
+    for (int32_t i = 0; i < desc.layer_count; ++i) input.layers[i] = desc.layers[i];
     return input;
 }
 

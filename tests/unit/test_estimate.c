@@ -44,9 +44,9 @@ static delmesh_preserve_estimate estimate(const shim_mesh* m, const delmesh_reme
     return e;
 }
 
-/* The sample's answer lies within `error` of the truth. */
-static void check_sample(soup s, double tolerance, double error) {
-    shim_mesh* const m = made(&s);
+/* The sample's answer lies within `error` of the truth; returns how much the mesh grew. */
+static double check_sample_of(shim_mesh* m, double tolerance, double error) {
+    double growth = 0;
     for (int32_t precision = DELMESH_FLOAT32; precision <= DELMESH_FLOAT64; ++precision) {
         const delmesh_remesh_options o = options_of(tolerance, precision);
         delmesh_remesh_report truth;
@@ -66,8 +66,13 @@ static void check_sample(soup s, double tolerance, double error) {
                       (long long)e.faces_run);
         assert_true(fabs(off) <= error);
         assert_true(fabs(off) <= 4 * share + 0.05); /* what it says about its own error is not far from it */
+        growth = (double)truth.vertices_out / (double)truth.vertices_in;
     }
     shim_mesh_free(m);
+    return growth;
+}
+static void check_sample(soup s, double tolerance, double error) {
+    check_sample_of(made(&s), tolerance, error);
 }
 
 static void samples_of_even_meshes(void** state) {
@@ -94,6 +99,56 @@ static void needles_are_found(void** state) {
         set_point(&s, v, p[0], p[1], p[2]);
     }
     check_sample(s, 0, 0.2);
+}
+
+/* Pyramids side by side, whose slopes are flat places of 2 x 2 squares, each with its middle vertex moved about in it. */
+static soup pyramids(int32_t n, uint64_t seed) {
+    soup s = sheet(2 * n, 2 * n, 1, 0, seed);
+    for (int32_t i = 0, v = 0; i <= 2 * n; ++i)
+        for (int32_t j = 0; j <= 2 * n; ++j, ++v) {
+            const double inside = i % 2 && j % 2 ? 1 : 0;
+            const double along = 1.3 * (random_unit(&seed) - 0.5), across = 0.5 * (random_unit(&seed) - 0.5);
+            const double x = i + inside * (along + across), y = j + inside * (along - across);
+            set_point(&s, v, x, y, 0.5 * fabs(fmod(x, 4) - 2) + 0.5 * fabs(fmod(y, 4) - 2));
+        }
+    return s;
+}
+
+/* A texture that would move holds up the flips in flat places, in the sample as in the mesh. */
+static void textures_count(void** state) {
+    (void)state;
+    soup s = pyramids(100, 18);
+    const double bare = check_sample_of(made(&s), 1e-4, 0.1);
+
+    s = pyramids(100, 18);
+    delmesh_mesh_desc desc = desc_of_soup(&s);
+    const int64_t corners = 3 * (int64_t)s.faces;
+    double* const uv = malloc((size_t)(2 * corners) * sizeof *uv);
+    assert_non_null(uv);
+    for (int64_t c = 0; c < corners; ++c)
+        for (int k = 0; k < 2; ++k) { /* one value per vertex, and no affine map anywhere */
+            uint64_t seed = 2 * (uint64_t)s.corners[c] + (uint64_t)k + 1;
+            random_unit(&seed);
+            uv[2 * c + k] = random_unit(&seed);
+        }
+    delmesh_layer layer;
+    memset(&layer, 0, sizeof layer);
+    layer.struct_size = sizeof layer;
+    layer.kind = DELMESH_LAYER_UV;
+    layer.border = DELMESH_BORDER_KEEP;
+    layer.affine_tolerance = 1e-5;
+    layer.values.data = uv;
+    layer.values.count = corners;
+    layer.values.stride = 2 * sizeof(double);
+    layer.values.components = 2;
+    layer.values.type = DELMESH_FLOAT64;
+    desc.layers = &layer;
+    desc.layer_count = 1;
+    shim_mesh* const m = shim_mesh_make(NULL, &desc, 0);
+    assert_int_equal(shim_mesh_status(m), DELMESH_OK);
+    free_soup(&s);
+    free(uv);
+    assert_true(check_sample_of(m, 1e-4, 0.1) > bare + 0.2);
 }
 
 static void small_meshes_are_run(void** state) {
@@ -298,11 +353,17 @@ static void every_cause_has_its_count(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(samples_of_even_meshes),     cmocka_unit_test(samples_of_needles),
-        cmocka_unit_test(needles_are_found),          cmocka_unit_test(small_meshes_are_run),
-        cmocka_unit_test(flat_meshes_are_run),        cmocka_unit_test(a_large_sample_is_no_sample),
-        cmocka_unit_test(same_answer_on_any_threads), cmocka_unit_test(nothing_to_do),
-        cmocka_unit_test(fails_at_every_step),        cmocka_unit_test(every_cause_has_its_count),
+        cmocka_unit_test(samples_of_even_meshes),
+        cmocka_unit_test(samples_of_needles),
+        cmocka_unit_test(needles_are_found),
+        cmocka_unit_test(textures_count),
+        cmocka_unit_test(small_meshes_are_run),
+        cmocka_unit_test(flat_meshes_are_run),
+        cmocka_unit_test(a_large_sample_is_no_sample),
+        cmocka_unit_test(same_answer_on_any_threads),
+        cmocka_unit_test(nothing_to_do),
+        cmocka_unit_test(fails_at_every_step),
+        cmocka_unit_test(every_cause_has_its_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
