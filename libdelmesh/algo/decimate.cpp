@@ -175,7 +175,11 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
             maker.find_staying(stays);
             if (i + 1 == count) decimator.finish(); // relaxation needs much itself
             const Context::Part part(context, middle, middle + 0.8 * (to - middle));
-            const RelaxRules how{rules.precision, rules.boundary_rule, rules.fold_cosine, options.quality, surface.kept_bits};
+            const RelaxRules how{.precision = rules.precision,
+                                 .boundary_rule = rules.boundary_rule,
+                                 .fold_cosine = rules.fold_cosine,
+                                 .sweeps = options.quality,
+                                 .kept_bits = surface.kept_bits};
             if (bounded && within)
                 DM_TRY(relax_within(context, in, how, level.bound, stays.data(), mesh, level.relaxed_vertices));
             else

@@ -10,16 +10,6 @@ namespace {
 constexpr int64_t kGrain = 512; // vertices
 constexpr int kStarts = 4;      // of ways to the closest point
 
-// body(c) for the corners around a vertex, counter-clockwise; the boundary ends it.
-template <class Body>
-void around(const Mesh& mesh, int32_t start, Body&& body) {
-    int32_t c = start;
-    do {
-        body(c);
-        c = mesh.corner_twin[prev_corner(c)];
-    } while (c >= 0 && c != start);
-}
-
 // Corners of full near a point, the nearest first.
 struct Starts {
     int32_t corner[kStarts];
@@ -50,32 +40,11 @@ Status LevelMap::begin() {
         int32_t& first = first_[full_.corner_vert[c]];
         if (is_line(c) && !is_line(first)) first = c;
     }
-    chart_.assign(full_.faces(), -1);
-    Array<int32_t> open(context_.memory());
-    int32_t charts = 0, seen = 0;
-    for (int32_t start = 0; start < full_.faces(); ++start) {
-        if (chart_[start] >= 0) continue;
-        chart_[start] = charts;
-        open.push_back(start);
-        while (!open.empty()) {
-            const int32_t f = open.pop_back();
-            if ((++seen & 0xfffff) == 0) DM_TRY(context_.progress(0));
-            for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
-                if (is_border(c)) continue;
-                int32_t& chart = chart_[face_of(full_.corner_twin[c])];
-                if (chart >= 0) continue;
-                chart = charts;
-                open.push_back(face_of(full_.corner_twin[c]));
-            }
-        }
-        ++charts;
-    }
-    return DELMESH_OK;
+    return find_charts(context_, full_, kept_ & kEdgeGiven, chart_);
 }
 
 int32_t LevelMap::source_corner(int32_t c) const {
-    const int32_t corner = full_.corner_map[c];
-    return corner >= 0 ? corner : full_.corner_places[~corner].corner[0];
+    return corner_place(full_, c).corner[0];
 }
 
 // ---- One level --------------------------------------------------------------------------------------------------------------
@@ -113,17 +82,15 @@ public:
     }
 
 private:
-    bool is_border(int32_t c) const {
-        return level_.corner_twin[c] < 0 || (level_.corner_bits[c] & map_.kept_ & kEdgeGiven) != 0;
-    }
-    bool is_line(int32_t c) const { return level_.corner_twin[c] < 0 || (level_.corner_bits[c] & map_.kept_) != 0; }
+    bool is_border(int32_t c) const { return dm::is_border(level_, c, map_.kept_ & kEdgeGiven); }
+    bool is_line(int32_t c) const { return dm::is_border(level_, c, map_.kept_); }
     int32_t chart(int32_t c) const { return map_.chart_[traces_.face[face_of(c)]]; } // of the level's corner
     int32_t chart_of_full(int32_t c) const { return map_.chart_[face_of(c)]; }
     int32_t source_edge(int32_t c) const { return source_of(full_.edge_source, map_.edge_of_[c]); }
 
     int64_t sectors(int32_t v) const {
         int64_t borders = 0;
-        around(level_, first_[v], [&](int32_t c) { borders += is_border(c); });
+        for_corners_around(level_, first_[v], [&](int32_t c) { borders += is_border(c); });
         return borders > 0 ? borders : 1;
     }
     // All but those that are a vertex of the source: these have its corners.
@@ -148,7 +115,7 @@ private:
 
     void map_vertex(int32_t v, int64_t& next) {
         int32_t start = -1;
-        around(level_, first_[v], [&](int32_t c) {
+        for_corners_around(level_, first_[v], [&](int32_t c) {
             if (start < 0 && is_border(c)) start = c;
         });
         if (start < 0) start = first_[v];
@@ -156,7 +123,7 @@ private:
         const int32_t same = traces_.same[v];
         const Vec3 x = level_.position(v);
         int32_t own = -1; // the corner of full with which the sector begins at the vertex that this is
-        around(level_, start, [&](int32_t c) {
+        for_corners_around(level_, start, [&](int32_t c) {
             if (is_line(c)) line_[c] = find_line(v, c);
             if (c == start || is_border(c)) {
                 const int32_t border = is_border(c) ? line_[c] : -1;
@@ -180,7 +147,7 @@ private:
         for (int32_t i = begin_[v]; i < begin_[v + 1] && found < 0; ++i) {
             const int32_t first = map_.first_[members_[i]];
             if (first < 0 || !map_.is_line(first)) continue;
-            around(full_, first, [&](int32_t k) {
+            for_corners_around(full_, first, [&](int32_t k) {
                 if (found >= 0 || chart_of_full(k) != wanted || !(border ? map_.is_border(k) : map_.is_line(k))) return;
                 if (traces_.into[full_.corner_vert[next_corner(k)]] == to) found = k;
             });
@@ -215,7 +182,7 @@ private:
         int32_t best = begin >= 0 ? begin : map_.first_[vert];
         double most = -HUGE_VAL;
         bool inside = true;
-        around(full_, best, [&](int32_t k) {
+        for_corners_around(full_, best, [&](int32_t k) {
             if (begin >= 0 ? !inside : chart_of_full(k) != wanted) return;
             const double looks = dot(gaze(full_, k), way);
             if (looks > most) most = looks, best = k;
@@ -238,7 +205,7 @@ private:
                 const double d = length_squared(full_.position(members_[i]) - x);
                 if (first < 0 || !starts.takes(d)) continue;
                 int32_t found = -1;
-                around(full_, first, [&](int32_t k) {
+                for_corners_around(full_, first, [&](int32_t k) {
                     if (found < 0 && chart_of_full(k) == wanted) found = k;
                 });
                 if (found >= 0) starts.add(found, d);

@@ -25,10 +25,8 @@ public:
 
 private:
     friend class LevelMapping;
-    bool is_border(int32_t c) const { // of full
-        return full_.corner_twin[c] < 0 || (full_.corner_bits[c] & kept_ & kEdgeGiven) != 0;
-    }
-    bool is_line(int32_t c) const { return full_.corner_twin[c] < 0 || (full_.corner_bits[c] & kept_) != 0; }
+    bool is_border(int32_t c) const { return dm::is_border(full_, c, kept_ & kEdgeGiven); } // of full
+    bool is_line(int32_t c) const { return dm::is_border(full_, c, kept_); }
     int32_t source_corner(int32_t c) const; // of `in`, at the place of full's corner c, or of the face that it lies on
 
     Context& context_;

@@ -32,7 +32,6 @@ constexpr double kLeastSamples = 100000, kMostSamplesPerFace = 64; // of a level
 constexpr double kStiffness = 0.01;                                // of moves along the surface, against those off it
 constexpr double kFar = 4;            // times the RMS distance: where the cost begins to grow faster than the square,
 constexpr double kFarWeight = 2;      // by this at that distance, for every sample alike
-constexpr double kSharpest = -0.5;    // cosine between neighbouring normals that a move may bring about
 constexpr double kLeastMove = 1e-10;  // of the model's size: not worth a move
 constexpr int kTries = 5;             // lengths of a step, each half of the one before
 constexpr int64_t kSampleGrain = 256; // closest-point queries
@@ -478,7 +477,7 @@ bool Relaxation::is_allowed(const Star& star, int32_t v, const Vec3& x) const {
     // Many small turns must not fold either: no edge becomes sharper than the limit, or than it is.
     const auto folds = [&](const Vec3& m, const Vec3& n, const Vec3& m_was, const Vec3& n_was) {
         const double bend = cosine_between(m, n);
-        return bend < kSharpest && bend < cosine_between(m_was, n_was);
+        return bend < rules.sharpest && bend < cosine_between(m_was, n_was);
     };
     for (int i = 0; i < star.count; ++i) {
         const Spoke& spoke = star.spokes[i];

@@ -55,7 +55,7 @@ private:
         do star.push_back(face_of(c));
         while ((c = s.rotate(c)) >= 0 && c != s.vert_corner[v]);
         s.pos[v] = x;
-        if (is_allowed(v, before) && (sharpest(v) >= std::min(was, kSharpest)) && guard.accept(star)) return true;
+        if (is_allowed(v, before) && (sharpest(v) >= std::min(was, rules.sharpest)) && guard.accept(star)) return true;
         s.pos[v] = before;
         return false;
     }
@@ -92,7 +92,6 @@ private:
         return true;
     }
 
-    static constexpr double kSharpest = -0.5;
     Context& context;
     const RelaxRules& rules;
     Surface s;

@@ -6,6 +6,7 @@
 
 #include "algo/parallel_slices.h"
 #include "geom/closest_point.h"
+#include "mesh/source_map.h"
 
 namespace dm {
 namespace {
@@ -13,11 +14,6 @@ namespace {
 constexpr int64_t kGrain = 1 << 12; // vertices
 constexpr int kMostSteps = 64;      // of a way over the surface
 constexpr int kMostFaces = 128;     // around a vertex: of a hub, a few will do
-
-// The next corner counter-clockwise around the vertex of c; < 0 past the boundary.
-int32_t rotate(const Mesh& mesh, int32_t c) {
-    return mesh.corner_twin[prev_corner(c)];
-}
 
 Vec3 direction(const Vec3& way) {
     const double l = length(way);
@@ -47,6 +43,30 @@ Vec3 gaze(const Mesh& mesh, int32_t c) {
     const Vec3 x = mesh.position(mesh.corner_vert[c]);
     return direction(direction(mesh.position(mesh.corner_vert[next_corner(c)]) - x) +
                      direction(mesh.position(mesh.corner_vert[prev_corner(c)]) - x));
+}
+
+Status find_charts(Context& context, const Mesh& mesh, EdgeBits kept, Array<int32_t>& chart) {
+    chart.assign(mesh.faces(), -1);
+    Array<int32_t> open(context.memory());
+    int32_t charts = 0, seen = 0;
+    for (int32_t start = 0; start < mesh.faces(); ++start) {
+        if (chart[start] >= 0) continue;
+        chart[start] = charts;
+        open.push_back(start);
+        while (!open.empty()) {
+            const int32_t f = open.pop_back();
+            if ((++seen & 0xfffff) == 0) DM_TRY(context.progress(0));
+            for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
+                if (is_border(mesh, c, kept)) continue;
+                const int32_t beside = face_of(mesh.corner_twin[c]);
+                if (chart[beside] >= 0) continue;
+                chart[beside] = charts;
+                open.push_back(beside);
+            }
+        }
+        ++charts;
+    }
+    return DELMESH_OK;
 }
 
 // ---- Ways over the source ---------------------------------------------------------------------------------------------------
@@ -79,7 +99,7 @@ void Sheets::look_around(const Vec3& x, int32_t c, Place& place) const {
     do { // counter-clockwise
         look(k);
         if (is_border(prev_corner(k))) break;
-        k = rotate(in, k);
+        k = next_around(in, k);
     } while (k != c && --left > 0);
     if (k == c && left < kMostFaces && !is_border(prev_corner(c))) return; // all the way round
     for (k = c; !is_border(k) && --left > 0;) {
@@ -198,17 +218,8 @@ private:
         });
     }
 
-    bool is_border(int32_t c) const { return out_.corner_twin[c] < 0 || is_kept(out_, c, kept_); }
+    bool is_border(int32_t c) const { return dm::is_border(out_, c, kept_); }
 
-    // body(c) for the corners around a vertex, counter-clockwise from `start`; the boundary ends it.
-    template <class Body>
-    void around(int32_t start, Body&& body) const {
-        int32_t c = start;
-        do {
-            body(c);
-            c = rotate(out_, c);
-        } while (c >= 0 && c != start);
-    }
     // A corner of the same vertex with which a sector begins, whose edge is a border: where there is a boundary, that of the fan.
     // Any, if there is none.
     int32_t sector_start(int32_t corner) const {
@@ -222,7 +233,7 @@ private:
     }
     int64_t sectors(int32_t corner) const {
         int64_t borders = 0;
-        around(sector_start(corner), [&](int32_t c) { borders += is_border(c); });
+        for_corners_around(out_, sector_start(corner), [&](int32_t c) { borders += is_border(c); });
         return borders > 0 ? borders : 1;
     }
 
@@ -237,7 +248,7 @@ private:
     }
     // Or in a face beside it, or else anywhere.
     int32_t corner_nearby(int32_t c, int32_t source) const {
-        const int32_t t = out_.corner_twin[c], r = rotate(out_, c);
+        const int32_t t = out_.corner_twin[c], r = next_around(out_, c);
         int32_t k = own_corner(c, source);
         if (k < 0 && t >= 0) k = own_corner(next_corner(t), source);
         if (k < 0 && r >= 0) k = own_corner(r, source);
@@ -251,7 +262,7 @@ private:
         const bool any = sheets_.first[source] >= 0;
         int32_t from = -1; // of the source's sector, its first corner
         int32_t last = -1; // the source's corner of the face before, in the sector
-        around(sector_start(corner), [&](int32_t c) {
+        for_corners_around(out_, sector_start(corner), [&](int32_t c) {
             if (any && (from < 0 || is_border(c))) from = sector_of(c, source), last = -1;
             if (out_.corner_map[c] == kUnknown)
                 out_.corner_map[c] = any ? corner_in_sector(c, source, from, last) : corner_nearby(c, source);
@@ -286,7 +297,7 @@ private:
                 if (along > most) most = along, best = k;
             }
             if (sheets_.is_border(prev_corner(k))) break;
-            k = rotate(in_, k);
+            k = next_around(in_, k);
             if (k == from || --left == 0) break;
         }
         return best;
@@ -299,7 +310,7 @@ private:
         const int32_t edge = line.a < 0 ? -1 : sheets_.find_edge(line.a, line.b);
         int64_t place = -1;
         const int32_t start = sector_start(corner);
-        around(start, [&](int32_t c) {
+        for_corners_around(out_, start, [&](int32_t c) {
             if (place < 0 || is_border(c)) {
                 place = next++;
                 out_.corner_places[place] = edge < 0 ? closest(c, x) : on_edge(edge, line, on_left(c, line));
@@ -336,7 +347,7 @@ private:
             if (face != last) sheets_.descend(x, face, place);
             last = face;
             if (is_border(prev_corner(c))) break;
-            c = rotate(out_, c);
+            c = next_around(out_, c);
         } while (c != start);
         if (place.face < 0) return {{3 * last, 3 * last, 3 * last}, {1, 0, 0}}; // a NaN far away
         return place.corners();
@@ -348,19 +359,15 @@ private:
     template <class Body>
     Status for_edges(const Mesh& mesh, Body&& body) {
         constexpr int64_t kCorners = 3 << 14;
-        const int32_t* const twin = mesh.corner_twin.data();
-        const auto is_first = [twin](int32_t c) {
-            return static_cast<uint32_t>(c) < static_cast<uint32_t>(twin[c]);
-        }; // < 0 is large
         Array<int32_t> edges(context_.memory(), block_count(mesh.corners(), kCorners) + 1, 0);
         DM_TRY(context_.parallel(mesh.corners(), kCorners, [&](int64_t block, int64_t begin, int64_t end) {
             int32_t count = 0;
-            for (int32_t c = static_cast<int32_t>(begin); c < end; ++c) count += is_first(c) ? 1 : 0;
+            for (int32_t c = static_cast<int32_t>(begin); c < end; ++c) count += is_first_of_edge(mesh, c);
             edges[block + 1] = count;
         }));
         for (int64_t b = 1; b < edges.size(); ++b) edges[b] += edges[b - 1];
         return context_.parallel(mesh.corners(), kCorners, [&](int64_t block, int64_t begin, int64_t end) {
-            // Which corners are the first no one can predict: they are found without a branch, then looked at.
+            // First found without a branch, then looked at.
             constexpr int32_t kBatch = 256;
             int32_t found[kBatch], edge = edges[block];
             for (int32_t from = static_cast<int32_t>(begin); from < end; from += kBatch) {
@@ -368,7 +375,7 @@ private:
                 int32_t count = 0;
                 for (int32_t c = from; c < to; ++c) {
                     found[count] = c;
-                    count += is_first(c);
+                    count += is_first_of_edge(mesh, c);
                 }
                 for (int32_t i = 0; i < count; ++i) body(found[i], edge++);
             }
@@ -414,10 +421,7 @@ Status map_corners(Context& context, const Mesh& in, EdgeBits kept, const Vertex
 }
 
 Status name_places(Context& context, const Mesh& in, Mesh& out) {
-    out.source_verts = in.imported ? in.source_verts : in.vertices();
-    out.source_corners = in.imported ? in.source_corners : in.corners();
-    out.source_faces = in.imported ? in.source_faces : in.faces();
-    out.source_edges = in.imported ? in.source_edges : in.counts.edges;
+    set_source_counts(in, out);
     if (!out.has_map || !in.imported) return DELMESH_OK;
     constexpr int64_t kMany = 1 << 16;
     if (!in.corner_map.empty()) {

@@ -13,6 +13,12 @@ namespace dm {
 Status find_first_corners(Context& context, const Mesh& mesh, Array<int32_t>& first);
 // Where a corner looks: the middle between its edges.
 Vec3 gaze(const Mesh& mesh, int32_t c);
+// Is the edge from the corner c on a boundary or one with these bits?
+inline bool is_border(const Mesh& mesh, int32_t c, EdgeBits kept) {
+    return mesh.corner_twin[c] < 0 || (!mesh.corner_bits.empty() && (mesh.corner_bits[c] & kept) != 0);
+}
+// Per face, the number of its chart: equal where there is a way without borders.
+Status find_charts(Context& context, const Mesh& mesh, EdgeBits kept, Array<int32_t>& chart);
 
 // The source's surface, cut along its kept edges.
 class Sheets {
@@ -20,9 +26,7 @@ public:
     Sheets(Memory& memory, const Mesh& source, EdgeBits kept) : in(source), first(memory), kept_(kept) {}
     Status begin(Context& context) { return find_first_corners(context, in, first); }
 
-    bool is_border(int32_t c) const { // the edge from the corner c on: boundary or kept
-        return in.corner_twin[c] < 0 || (!in.corner_bits.empty() && (in.corner_bits[c] & kept_) != 0);
-    }
+    bool is_border(int32_t c) const { return dm::is_border(in, c, kept_); }
     // The corner of the edge a -> b, or if that is on the boundary the other way, of b -> a; -1: no edge.
     int32_t find_edge(int32_t a, int32_t b) const;
 

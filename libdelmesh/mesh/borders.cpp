@@ -7,6 +7,7 @@
 
 #include "base/hash.h"
 #include "mesh/connect.h"
+#include "mesh/source_map.h"
 #include "mesh/views.h"
 
 namespace dm {
@@ -226,10 +227,6 @@ Status mark_jumps(Context& context, Mesh& mesh, int bits, int64_t& borders, Jump
     return DELMESH_OK;
 }
 
-int64_t source_corner(const Mesh& mesh, int32_t c) {
-    return mesh.corner_map.empty() ? c : mesh.corner_map[c];
-}
-
 Status look_at_layer(Context& context, const delmesh_layer& given, MeshLayer& layer, Mesh& mesh) {
     const Values values(given.values);
     const int bits = given.border == DELMESH_BORDER_KEEP ? border_bit(given.kind) : 0;
@@ -239,7 +236,7 @@ Status look_at_layer(Context& context, const delmesh_layer& given, MeshLayer& la
         });
     DM_TRY(mark_jumps(context, mesh, bits, layer.borders, [&](int32_t c, int32_t twin) {
         const auto same = [&](int32_t a, int32_t b) {
-            return values.same(source_corner(mesh, a), source_corner(mesh, b), given.tolerance);
+            return values.same(source_of(mesh.corner_map, a), source_of(mesh.corner_map, b), given.tolerance);
         };
         return !same(c, next_corner(twin)) || !same(next_corner(c), twin);
     }));
@@ -251,7 +248,7 @@ Status look_at_layer(Context& context, const delmesh_layer& given, MeshLayer& la
     DM_TRY(context.parallel(mesh.corners(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
         for (int64_t c = begin; c < end; ++c)
             for (int32_t k = 0; k < layer.components; ++k)
-                kept[c * layer.components + k] = static_cast<float>(values(source_corner(mesh, static_cast<int32_t>(c)), k));
+                kept[c * layer.components + k] = static_cast<float>(values(source_of(mesh.corner_map, c), k));
     }));
     if (!(given.affine_tolerance < 0)) return DELMESH_OK;
     double range = 0;

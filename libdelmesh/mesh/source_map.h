@@ -32,10 +32,23 @@ inline void set_source_counts(const Mesh& in, Mesh& out) {
     out.source_edges = in.imported ? in.source_edges : in.counts.edges;
 }
 
-// Edges are numbered by their first corner.
+// Edges are numbered by their first corner. Without a branch, since which it is no one can predict: a twin < 0 is large.
 inline bool is_first_of_edge(const Mesh& mesh, int32_t c) {
-    const int32_t twin = mesh.corner_twin[c];
-    return twin < 0 || c < twin;
+    return static_cast<uint32_t>(c) < static_cast<uint32_t>(mesh.corner_twin[c]);
+}
+
+// The next corner counter-clockwise around the vertex of c; < 0 past the boundary.
+inline int32_t next_around(const Mesh& mesh, int32_t c) {
+    return mesh.corner_twin[prev_corner(c)];
+}
+// body(c) for the corners around a vertex, counter-clockwise from `start`; the boundary ends it.
+template <class Body>
+void for_corners_around(const Mesh& mesh, int32_t start, Body&& body) {
+    int32_t c = start;
+    do {
+        body(c);
+        c = next_around(mesh, c);
+    } while (c >= 0 && c != start);
 }
 
 } // namespace dm
