@@ -97,7 +97,9 @@ private:
     bool takes_places(int32_t v) const {
         if (first_[v] < 0) return false;
         const int32_t same = traces_.same[v];
-        return same < 0 || full_.corner_map[map_.first_[same]] < 0;
+        bool takes = same < 0;
+        if (!takes) for_corners_around(full_, map_.first_[same], [&](int32_t c) { takes |= full_.corner_map[c] < 0; });
+        return takes;
     }
 
     // Per vertex of the level, those that went into it.
@@ -130,8 +132,7 @@ private:
                 if (same >= 0) own = corner_on_way(border, v, same);
                 if (has_places) {
                     const int32_t in_full = same >= 0 ? corner_of(same, own, c) : -1;
-                    level_.corner_places[next++] =
-                        in_full >= 0 ? full_.corner_places[~full_.corner_map[in_full]] : closest(v, c, border, x);
+                    level_.corner_places[next++] = in_full >= 0 ? corner_place(full_, in_full) : closest(v, c, border, x);
                 }
             }
             level_.corner_map[c] = has_places ? ~static_cast<int32_t>(next - 1) : full_.corner_map[corner_of(same, own, c)];

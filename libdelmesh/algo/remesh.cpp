@@ -321,6 +321,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
 #endif
     if (options.map != 0) {
         DM_TRY(context.stage("map", 0.93, 0.95));
+        traces.merged = repaired;
         DM_TRY(map_corners(context, in, kept & kEdgeGiven, traces, out));
     }
     report.vertices_out = out.vertices();

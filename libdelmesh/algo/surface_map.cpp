@@ -133,6 +133,7 @@ public:
         Array<int32_t> changed(context_.memory()); // faces
         DM_TRY(map_kept_faces(changed));
         if (!changed.empty()) DM_TRY(map_changed_faces(changed));
+        if (traces_.merged && kept_ != 0) DM_TRY(come_back_to_charts(changed));
         DM_TRY(map_edges());
         out_.has_map = true;
         return DELMESH_OK;
@@ -351,6 +352,37 @@ private:
         } while (c != start);
         if (place.face < 0) return {{3 * last, 3 * last, 3 * last}, {1, 0, 0}}; // a NaN far away
         return place.corners();
+    }
+
+    // ---- where vertices were merged
+
+    // A corner that was given a place in another chart than its face comes from goes to the closest place in that.
+    Status come_back_to_charts(const Array<int32_t>& changed) {
+        Array<int32_t> chart(context_.memory());
+        DM_TRY(find_charts(context_, in_, kept_, chart));
+        const auto wanted = [&](int32_t c) { return chart[traces_.face[face_of(c)]]; };
+        const auto is_away = [&](int32_t c) { return chart[face_of(corner_place(out_, c).corner[0])] != wanted(c); };
+        for (int64_t i = 0; i < changed.size(); ++i) {
+            if ((i & 0xffff) == 0) DM_TRY(context_.progress(0.8));
+            for (int32_t c = 3 * changed[i]; c < 3 * changed[i] + 3; ++c) {
+                if (!is_away(c)) continue;
+                Sheets::Place place;
+                sheets_.descend(out_.position(out_.corner_vert[c]), traces_.face[changed[i]], place);
+                if (place.face < 0) continue; // a NaN far away
+                const int32_t chart_of_all = wanted(c);
+                const auto map = ~static_cast<int32_t>(out_.corner_places.size());
+                out_.corner_places.push_back(place.corners());
+                int32_t first = c; // all of the sector at once, so that they agree
+                while (!is_border(first) && (first = next_corner(out_.corner_twin[first])) != c) {}
+                int32_t k = first;
+                do {
+                    if (wanted(k) == chart_of_all && is_away(k)) out_.corner_map[k] = map;
+                    if (is_border(prev_corner(k))) break;
+                    k = next_around(out_, k);
+                } while (k != first);
+            }
+        }
+        return DELMESH_OK;
     }
 
     // ---- edges

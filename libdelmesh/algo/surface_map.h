@@ -60,6 +60,7 @@ struct VertexTraces {
     Array<Line> line;
     int32_t same = 0;    // the first so many vertices are the source's, with the same numbers
     Array<int32_t> face; // per face of the result: one of the source, not far away, on the same side of all kept edges
+    bool merged = false; // vertices at one place became one: the fans around a vertex need not be those of its source
 };
 
 // corner_map, corner_places and edge_source of `out`, in numbers of the source mesh's own corners and edges.

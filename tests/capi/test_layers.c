@@ -693,6 +693,47 @@ static void wrong_layers(void** state) {
     delmesh_mesh_destroy(mesh);
 }
 
+/* Four squares of which two are gone at one place and along one side: what a repair leaves comes from polygons that are not the ones
+ * around their vertices. */
+static void merged_vertices_keep_their_materials(void** state) {
+    delmesh_context* const context = ((Fixed*)*state)->context;
+    static const float points[9][3] = {{0, 0, 0},     {0, 0, 0},     {0, 0.25f, 0}, {0, 0, 0},        {0, 0, 0},
+                                       {0, 0.25f, 0}, {0.25f, 0, 0}, {0.25f, 0, 0}, {0.25f, 0.25f, 0}};
+    static const int32_t corners[] = {0, 3, 4, 1, 1, 4, 5, 2, 3, 6, 7, 4, 4, 7, 8, 5}, sizes[] = {4, 4, 4, 4};
+    static const uint32_t materials[] = {0, 1, 0, 2};
+    const delmesh_layer l = layer(DELMESH_LAYER_MATERIAL, view(materials, 4, DELMESH_UINT32, 1));
+    delmesh_mesh_desc desc = kite(&l, 1);
+    desc.positions = view(points, 9, DELMESH_FLOAT32, 3);
+    desc.corner_verts = view(corners, 16, DELMESH_INT32, 1);
+    desc.face_sizes = view(sizes, 4, DELMESH_INT32, 1);
+    delmesh_mesh* const mesh = make(context, &desc);
+    for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode) {
+        delmesh_remesh_options options;
+        delmesh_remesh_options_init(&options, sizeof options);
+        options.mode = mode;
+        options.map = 1;
+        delmesh_mesh* out = NULL;
+        delmesh_remesh_report report;
+        delmesh_remesh_report_init(&report, sizeof report);
+        assert_status(delmesh_remesh(context, mesh, &options, &out, &report), context, DELMESH_OK);
+        assert_true(report.collapsed_edges > 0);
+        const int64_t faces = info_of(out).faces;
+        int32_t source[16], map[48][3];
+        double weight[48][3];
+        assert_true(faces > 0 && faces <= 16);
+        const delmesh_view_mut f = {source, faces, 0, DELMESH_INT32, 1}, m = {map, 3 * faces, 0, DELMESH_INT32, 3},
+                               w = {weight, 3 * faces, 0, DELMESH_FLOAT64, 3};
+        assert_int_equal(delmesh_mesh_read(out, DELMESH_FACE_SOURCE, &f), DELMESH_OK);
+        assert_int_equal(delmesh_mesh_read(out, DELMESH_CORNER_MAP_CORNER, &m), DELMESH_OK);
+        assert_int_equal(delmesh_mesh_read(out, DELMESH_CORNER_MAP_WEIGHT, &w), DELMESH_OK);
+        for (int64_t c = 0; c < 3 * faces; ++c)
+            for (int k = 0; k < 3; ++k)
+                if (weight[c][k] > 0) assert_int_equal(materials[map[c][k] / 4], materials[source[c / 3]]);
+        delmesh_mesh_destroy(out);
+    }
+    delmesh_mesh_destroy(mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(borders_are_where_values_jump),
@@ -703,6 +744,7 @@ int main(void) {
         cmocka_unit_test(levels_know_their_side),
         cmocka_unit_test(nothing_straddles),
         cmocka_unit_test(weights_hold_textures),
+        cmocka_unit_test(merged_vertices_keep_their_materials),
         cmocka_unit_test(wrong_layers),
     };
     return cmocka_run_group_tests_name("layers", tests, setup, teardown);
