@@ -240,11 +240,9 @@ private:
             return DELMESH_OK;
         });
     }
-    bool same_position(int32_t v, int32_t w) const {
-        const int64_t i = 3 * static_cast<int64_t>(v), k = 3 * static_cast<int64_t>(w);
-        if (mesh_.precision == Precision::f32)
-            return std::memcmp(mesh_.pos32.data() + i, mesh_.pos32.data() + k, 3 * sizeof(float)) == 0;
-        return std::memcmp(mesh_.pos64.data() + i, mesh_.pos64.data() + k, 3 * sizeof(double)) == 0;
+    bool same_position(int32_t v, int32_t w) const { // -0 is 0, as everywhere
+        const Vec3 x = mesh_.position(v), y = mesh_.position(w);
+        return v == w || (x.x == y.x && x.y == y.y && x.z == y.z);
     }
 
     using LL = long long; // for %lld

@@ -150,6 +150,8 @@ static void test_maps(void** state) {
     BREAK(vert_join, 6, 2, "Vertex 6 was joined to 2, which lay elsewhere.");
     BREAK(pos32, 3 * 7, 0.5f, "Vertex 7 was joined to 1, which lay elsewhere.");
     shim_mesh* m = make();
+    shim_mesh_arrays(m).pos32[3 * 7 + 1] = -0.0f; /* is where 0 is */
+    assert_int_equal(shim_mesh_validate(m), DELMESH_OK);
     shim_mesh_set_parents(m, 11, 1000);
     assert_int_equal(shim_mesh_validate(m), DELMESH_OK);
     shim_mesh_set_parents(m, 11, -2);
