@@ -284,12 +284,8 @@ static bool print_row(const char* path, const MeshFile* file, const Settings* se
 }
 
 static bool bench_file(const char* path, const Settings* settings) {
-    Failure failure = {NULL, ""};
     MeshFile file;
-    if (!mesh_file_read(path, true, &file, &failure)) {
-        fprintf(stderr, "%s\n", failure.text);
-        return false;
-    }
+    if (!read_subdivided(path, 0, &file)) return false;
     bool ok = true;
     double base = 0;
     for (int i = 0; i <= settings->subdivide && ok; ++i) {

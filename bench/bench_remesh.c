@@ -163,20 +163,14 @@ static bool print_phases(const char* path, const MeshFile* file, const Settings*
 }
 
 static bool bench_file(const char* path, const Settings* settings) {
-    Failure failure = {NULL, ""};
     MeshFile file;
-    if (!mesh_file_read(path, true, &file, &failure)) {
-        fprintf(stderr, "%s\n", failure.text);
-        return false;
-    }
-    bool ok = true;
-    for (int i = 0; i < settings->subdivide && ok; ++i) ok = subdivide(&file);
-    if (!ok) fprintf(stderr, "%s: no memory to subdivide, or too big\n", path);
-    if (ok && !settings->phases)
+    if (!read_subdivided(path, settings->subdivide, &file)) return false;
+    bool ok;
+    if (!settings->phases)
         ok = print_row(path, &file, settings);
-    else if (ok && settings->mode_told)
+    else if (settings->mode_told)
         ok = print_phases(path, &file, settings, settings->options.mode);
-    else if (ok)
+    else
         ok = print_phases(path, &file, settings, DELMESH_MODE_FLIP) && print_phases(path, &file, settings, DELMESH_MODE_PRESERVE);
     mesh_file_free(&file);
     return ok;

@@ -66,29 +66,22 @@ static int32_t bench_mesh(delmesh_context* context, const delmesh_mesh* mesh, in
         if (best == 0 || seconds < best) best = seconds;
     }
     if (status == DELMESH_OK)
-        printf("%-40s %10lld corners %3d layers %9.2f ms %7.2f GB/s\n", path, (long long)info.corners, settings->layers, 1e3 * best,
-               (double)settings->layers * (double)(from_size + to_size) * sizeof(float) / best * 1e-9);
+        printf("%-40s %10lld corners %3d layers %9.2f ms %7.2f GB/s\n", path, (long long)info.corners, settings->layers,
+               1e3 * best, (double)settings->layers * (double)(from_size + to_size) * sizeof(float) / best * 1e-9);
     free(to);
     free(from);
     return status;
 }
 
 static bool bench_file(const char* path, const Settings* settings) {
-    Failure failure = {NULL, ""};
     MeshFile file;
-    if (!mesh_file_read(path, true, &file, &failure)) {
-        fprintf(stderr, "%s\n", failure.text);
-        return false;
-    }
-    bool ok = true;
-    for (int i = 0; i < settings->subdivide && ok; ++i) ok = subdivide(&file);
-    if (!ok) fprintf(stderr, "%s: no memory to subdivide, or too big\n", path);
+    if (!read_subdivided(path, settings->subdivide, &file)) return false;
     delmesh_context_options options;
     delmesh_context_options_init(&options, sizeof options);
     options.max_threads = settings->threads;
     delmesh_context* context = NULL;
     delmesh_mesh *in = NULL, *out = NULL;
-    int32_t status = ok ? delmesh_context_create(&options, &context) : DELMESH_ERROR_OUT_OF_MEMORY;
+    int32_t status = delmesh_context_create(&options, &context);
     if (status == DELMESH_OK) status = make_meshes(context, &file, settings->flip, &in, &out);
     if (status == DELMESH_OK) status = bench_mesh(context, out != NULL ? out : in, file.corner_count, settings, path);
     if (context != NULL && status != DELMESH_OK)

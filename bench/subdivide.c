@@ -2,6 +2,7 @@
 #include "subdivide.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 static const double kNoise = 0.05; /* of the edge's length, in each coordinate */
@@ -120,4 +121,19 @@ bool subdivide(MeshFile* mesh) {
     free(table.verts);
     free(table.keys);
     return ok;
+}
+
+bool read_subdivided(const char* path, int steps, MeshFile* mesh) {
+    Failure failure = {NULL, ""};
+    if (!mesh_file_read(path, true, mesh, &failure)) {
+        fprintf(stderr, "%s\n", failure.text);
+        return false;
+    }
+    for (int i = 0; i < steps; ++i) {
+        if (subdivide(mesh)) continue;
+        fprintf(stderr, "%s: no memory to subdivide, or too big\n", path);
+        mesh_file_free(mesh);
+        return false;
+    }
+    return true;
 }

@@ -15,6 +15,8 @@ extern "C" {
 
 /* One step; polygons are cut into fans first. False: no memory, or too many vertices for int32; the mesh is as it was, or fans. */
 bool subdivide(MeshFile* mesh);
+/* Reads a file and takes so many steps. False: said why on standard error, and there is nothing to free. */
+bool read_subdivided(const char* path, int steps, MeshFile* mesh);
 
 #ifdef __cplusplus
 }

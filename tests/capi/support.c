@@ -175,6 +175,11 @@ void assert_nothing_left(const Host* host) {
 
 /* ---- Meshes -------------------------------------------------------------------------------------------------------------- */
 
+delmesh_view view(const void* data, int64_t count, int32_t type, int32_t components) {
+    const delmesh_view v = {data, count, 0, type, components};
+    return v;
+}
+
 delmesh_mesh_desc shape_desc(const Shape* shape) {
     delmesh_mesh_desc desc;
     delmesh_mesh_desc_init(&desc, sizeof desc);

@@ -24,7 +24,7 @@ typedef struct {
 
 Shape sheet_shape(int32_t side);                   /* a leaning, rolling height field with a boundary */
 Shape torus_shape(int32_t around, int32_t across); /* closed, leaning quads cut in two */
-Shape book_shape(void);   /* four leaning pages at one spine, one of them upside down, a page twice, a loose vertex */
+Shape book_shape(void); /* four leaning pages at one spine, one of them upside down, a page twice, a loose vertex */
 Shape moebius_shape(void);
 void free_shape(Shape* shape);
 
@@ -49,8 +49,25 @@ void host_init(Host* host, delmesh_context_options* options);
 delmesh_context* host_context(Host* host, int32_t max_threads);
 void assert_nothing_left(const Host* host);
 
+/* Defines host, context, and set_up and tear_down of a group of tests for cmocka, which sees that nothing is left. */
+#define HOST_FIXTURE(max_threads)                                                                                                \
+    static Host host;                                                                                                            \
+    static delmesh_context* context;                                                                                             \
+    static int set_up(void** state) {                                                                                            \
+        (void)state;                                                                                                             \
+        context = host_context(&host, max_threads);                                                                              \
+        return 0;                                                                                                                \
+    }                                                                                                                            \
+    static int tear_down(void** state) {                                                                                         \
+        (void)state;                                                                                                             \
+        delmesh_context_destroy(context);                                                                                        \
+        assert_nothing_left(&host);                                                                                              \
+        return 0;                                                                                                                \
+    }
+
 /* ---- Meshes -------------------------------------------------------------------------------------------------------------- */
 
+delmesh_view view(const void* data, int64_t count, int32_t type, int32_t components); /* without gaps */
 delmesh_mesh_desc shape_desc(const Shape* shape);
 delmesh_mesh* shape_mesh(delmesh_context* context, const Shape* shape);
 /* 8 vertices, 6 faces of 4 corners; float32, uint32 and uint8. */

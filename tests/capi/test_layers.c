@@ -7,12 +7,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#define COUNT(array) ((int64_t)(sizeof(array) / sizeof *(array)))
+HOST_FIXTURE(1)
 
-static delmesh_view view(const void* data, int64_t count, int32_t type, int32_t components) {
-    const delmesh_view v = {data, count, 0, type, components};
-    return v;
-}
+#define COUNT(array) ((int64_t)(sizeof(array) / sizeof *(array)))
 
 static delmesh_layer layer(int32_t kind, delmesh_view values) {
     delmesh_layer l;
@@ -20,21 +17,6 @@ static delmesh_layer layer(int32_t kind, delmesh_view values) {
     l.kind = kind;
     l.values = values;
     return l;
-}
-
-typedef struct {
-    delmesh_context* context;
-} Fixed;
-
-static int setup(void** state) {
-    static Fixed fixed;
-    assert_int_equal(delmesh_context_create(NULL, &fixed.context), DELMESH_OK);
-    *state = &fixed;
-    return 0;
-}
-static int teardown(void** state) {
-    delmesh_context_destroy(((Fixed*)*state)->context);
-    return 0;
 }
 
 /* A kite in the plane: 0 left, 1 right, 2 far below, 3 far above, cut along 0 1, which is not Delaunay unless the kite is thin.
@@ -58,7 +40,7 @@ static delmesh_mesh_desc kite(const delmesh_layer* layers, int32_t count) {
     return desc;
 }
 
-static delmesh_mesh* make(delmesh_context* context, const delmesh_mesh_desc* desc) {
+static delmesh_mesh* make(const delmesh_mesh_desc* desc) {
     delmesh_mesh* mesh = NULL;
     assert_status(delmesh_mesh_create(context, desc, &mesh), context, DELMESH_OK);
     return mesh;
@@ -77,9 +59,9 @@ static int32_t flags_of(const delmesh_mesh* mesh, int32_t p, int32_t q) {
     return -1;
 }
 
-static int64_t borders(delmesh_context* context, const delmesh_layer* l, int32_t* flags) {
+static int64_t borders(const delmesh_layer* l, int32_t* flags) {
     const delmesh_mesh_desc desc = kite(l, 1);
-    delmesh_mesh* mesh = make(context, &desc);
+    delmesh_mesh* mesh = make(&desc);
     int64_t edges = -1;
     assert_int_equal(delmesh_mesh_layer_borders(mesh, 0, &edges), DELMESH_OK);
     *flags = flags_of(mesh, 0, 1);
@@ -89,26 +71,26 @@ static int64_t borders(delmesh_context* context, const delmesh_layer* l, int32_t
 
 /* Corners 0 and 4 are at vertex 0, 1 and 3 at vertex 1. */
 static void borders_are_where_values_jump(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     int32_t flags;
     float uv[6][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 0}, {0, 0}, {0, 2}};
     delmesh_layer l = layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2));
-    assert_int_equal(borders(context, &l, &flags), 0);
+    assert_int_equal(borders(&l, &flags), 0);
     assert_int_equal(flags, 0);
     uv[4][1] = -0.0f; /* the same as 0 */
-    assert_int_equal(borders(context, &l, &flags), 0);
+    assert_int_equal(borders(&l, &flags), 0);
     uv[4][1] = 0.25f;
-    assert_int_equal(borders(context, &l, &flags), 1);
+    assert_int_equal(borders(&l, &flags), 1);
     assert_int_equal(flags, DELMESH_EDGE_UV);
     l.tolerance = 0.25;
-    assert_int_equal(borders(context, &l, &flags), 0);
+    assert_int_equal(borders(&l, &flags), 0);
     l.tolerance = 0.2499;
-    assert_int_equal(borders(context, &l, &flags), 1);
+    assert_int_equal(borders(&l, &flags), 1);
     l.tolerance = 0;
     uv[4][1] = NAN; /* is itself, and nothing else */
-    assert_int_equal(borders(context, &l, &flags), 1);
+    assert_int_equal(borders(&l, &flags), 1);
     uv[0][1] = NAN;
-    assert_int_equal(borders(context, &l, &flags), 0);
+    assert_int_equal(borders(&l, &flags), 0);
 
     /* Kinds, and what of them is kept. */
     uint8_t colours[6][4] = {{0}};
@@ -117,30 +99,30 @@ static void borders_are_where_values_jump(void** state) {
     static const int32_t bits[] = {DELMESH_EDGE_NORMAL, DELMESH_EDGE_COLOR, DELMESH_EDGE_LAYER};
     for (int k = 0; k < 3; ++k) {
         delmesh_layer c = layer(kinds[k], view(colours, 6, DELMESH_UINT8, 4));
-        assert_int_equal(borders(context, &c, &flags), 1);
+        assert_int_equal(borders(&c, &flags), 1);
         assert_int_equal(flags, k == 2 ? bits[k] : 0);
         c.border = DELMESH_BORDER_KEEP;
-        assert_int_equal(borders(context, &c, &flags), 1);
+        assert_int_equal(borders(&c, &flags), 1);
         assert_int_equal(flags, bits[k]);
         c.border = DELMESH_BORDER_FREE;
-        assert_int_equal(borders(context, &c, &flags), 1);
+        assert_int_equal(borders(&c, &flags), 1);
         assert_int_equal(flags, 0);
     }
     static const uint32_t ids[] = {7, 8}, same[] = {7, 7};
     delmesh_layer m = layer(DELMESH_LAYER_MATERIAL, view(ids, 2, DELMESH_UINT32, 1));
-    assert_int_equal(borders(context, &m, &flags), 1);
+    assert_int_equal(borders(&m, &flags), 1);
     assert_int_equal(flags, DELMESH_EDGE_MATERIAL);
     m.values = view(same, 2, DELMESH_UINT32, 1);
-    assert_int_equal(borders(context, &m, &flags), 0);
+    assert_int_equal(borders(&m, &flags), 0);
     m = layer(DELMESH_LAYER_FACE_SET, view(ids, 2, DELMESH_UINT32, 1));
-    assert_int_equal(borders(context, &m, &flags), 1);
+    assert_int_equal(borders(&m, &flags), 1);
     assert_int_equal(flags, DELMESH_EDGE_FACE_SET);
 }
 
 /* A quad has one value at each of its corners, so the diagonal that cuts it is no border, whichever it is; its corners are the
  * quad's. The second quad is turned over at import. */
 static void corners_of_polygons(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     static const float points[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0, 2, 1, 0, 3, 0, 0, 3, 1, 0};
     static const int32_t corners[] = {0, 1, 2, 3, 1, 2, 5, 4, 4, 6, 7, 5};
     static const uint8_t sizes[] = {4, 4, 4};
@@ -152,7 +134,7 @@ static void corners_of_polygons(void** state) {
     desc.positions = view(points, 8, DELMESH_FLOAT32, 3);
     desc.corner_verts = view(corners, 12, DELMESH_INT32, 1);
     desc.face_sizes = view(sizes, 3, DELMESH_UINT8, 1);
-    delmesh_mesh* mesh = make(context, &desc);
+    delmesh_mesh* mesh = make(&desc);
     const delmesh_mesh_info info = info_of(mesh);
     assert_int_equal(info.reoriented_faces, 2);
     int64_t edges = -1;
@@ -177,7 +159,7 @@ static void corners_of_polygons(void** state) {
 }
 
 static void marks_and_numbers_of_edges(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     /* One is no edge of a face, one comes twice, one is left out. */
     static const int32_t verts[] = {2, 3, 1, 0, 3, 0, 2, 1, 1, 0};
     static const uint8_t marks[] = {DELMESH_EDGE_SHARP, DELMESH_EDGE_SEAM, 0, DELMESH_EDGE_CREASE + DELMESH_EDGE_MARKED,
@@ -185,7 +167,7 @@ static void marks_and_numbers_of_edges(void** state) {
     delmesh_mesh_desc desc = kite(NULL, 0);
     desc.edge_verts = view(verts, 5, DELMESH_INT32, 2);
     desc.edge_marks = view(marks, 5, DELMESH_UINT8, 1);
-    delmesh_mesh* mesh = make(context, &desc);
+    delmesh_mesh* mesh = make(&desc);
     assert_int_equal(flags_of(mesh, 0, 1), DELMESH_EDGE_SEAM + DELMESH_EDGE_SHARP);
     assert_int_equal(flags_of(mesh, 0, 3), DELMESH_EDGE_BOUNDARY);
     assert_int_equal(flags_of(mesh, 1, 2), DELMESH_EDGE_BOUNDARY + DELMESH_EDGE_CREASE + DELMESH_EDGE_MARKED);
@@ -213,7 +195,7 @@ static void marks_and_numbers_of_edges(void** state) {
     delmesh_mesh_destroy(mesh);
 }
 
-static delmesh_mesh* remeshed(delmesh_context* context, const delmesh_mesh* in, int32_t mode) {
+static delmesh_mesh* remeshed(const delmesh_mesh* in, int32_t mode) {
     delmesh_remesh_options options;
     delmesh_remesh_options_init(&options, sizeof options);
     options.mode = mode;
@@ -244,7 +226,7 @@ static int64_t textured(const delmesh_mesh* out, float (*uv)[2], int32_t* verts,
 
 /* Coplanar, so a flip moves no point; but it moves the texture unless that is one affine map. */
 static void textures_lie_still(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     float uv[6][2];
     for (int c = 0; c < 6; ++c)
         for (int k = 0; k < 2; ++k) uv[c][k] = kWide[3 * kKite[c] + k];
@@ -252,8 +234,8 @@ static void textures_lie_still(void** state) {
     int32_t verts[96];
     double at[96][2];
     delmesh_mesh_desc desc = kite(&l, 1);
-    delmesh_mesh* mesh = make(context, &desc);
-    delmesh_mesh* out = remeshed(context, mesh, DELMESH_MODE_PRESERVE);
+    delmesh_mesh* mesh = make(&desc);
+    delmesh_mesh* out = remeshed(mesh, DELMESH_MODE_PRESERVE);
     assert_int_equal(info_of(out).vertices, 4); /* one affine map: flipped */
     assert_int_equal(flags_of(out, 0, 1), -1);
     for (int64_t c = textured(out, uv, verts, at); c-- > 0;)
@@ -262,8 +244,8 @@ static void textures_lie_still(void** state) {
     delmesh_mesh_destroy(mesh);
 
     uv[5][1] -= 1; /* no longer: split where it was, and the texture on the edge stays */
-    mesh = make(context, &desc);
-    out = remeshed(context, mesh, DELMESH_MODE_PRESERVE);
+    mesh = make(&desc);
+    out = remeshed(mesh, DELMESH_MODE_PRESERVE);
     assert_true(info_of(out).vertices > 4);
     assert_int_equal(flags_of(mesh, 0, 1), 0); /* it is no border */
     for (int64_t c = textured(out, uv, verts, at); c-- > 0;)
@@ -274,8 +256,8 @@ static void textures_lie_still(void** state) {
     delmesh_layer wide = l;
     wide.affine_tolerance = 2;
     desc = kite(&wide, 1);
-    mesh = make(context, &desc);
-    out = remeshed(context, mesh, DELMESH_MODE_PRESERVE);
+    mesh = make(&desc);
+    out = remeshed(mesh, DELMESH_MODE_PRESERVE);
     assert_int_equal(info_of(out).vertices, 4);
     delmesh_mesh_destroy(out);
     delmesh_mesh_destroy(mesh);
@@ -283,7 +265,7 @@ static void textures_lie_still(void** state) {
 
 /* Two charts that meet at the edge: what is added there has a place in each. */
 static void sides_of_a_seam(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     float uv[6][2];
     for (int c = 0; c < 6; ++c) {
         uv[c][0] = kWide[3 * kKite[c]] + (c < 3 ? 0.0f : 100.0f);
@@ -291,9 +273,9 @@ static void sides_of_a_seam(void** state) {
     }
     const delmesh_layer l = layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2));
     const delmesh_mesh_desc desc = kite(&l, 1);
-    delmesh_mesh* mesh = make(context, &desc);
+    delmesh_mesh* mesh = make(&desc);
     for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode) {
-        delmesh_mesh* out = remeshed(context, mesh, mode);
+        delmesh_mesh* out = remeshed(mesh, mode);
         const int64_t verts_out = info_of(out).vertices;
         assert_true(verts_out > 4 && verts_out <= 32);
         float points[32][3];
@@ -422,20 +404,24 @@ static void check_level_of_cube(const delmesh_mesh* mesh, const delmesh_mesh* in
     }
 }
 
+static delmesh_mesh* cube_mesh(const Cube* cube, const delmesh_layer* l) {
+    delmesh_mesh_desc desc;
+    delmesh_mesh_desc_init(&desc, sizeof desc);
+    desc.positions = view(cube->points, 98, DELMESH_FLOAT32, 3);
+    desc.corner_verts = view(cube->quads, 384, DELMESH_INT32, 1);
+    desc.face_sizes = view(cube->sizes, 96, DELMESH_INT32, 1);
+    desc.layers = l;
+    desc.layer_count = 1;
+    return make(&desc);
+}
+
 static void levels_know_their_side(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     for (int charts = 0; charts < 2; ++charts) {
         static Cube cube;
         make_cube(charts, &cube);
         const delmesh_layer l = layer(DELMESH_LAYER_UV, view(cube.uv, 384, DELMESH_FLOAT32, 2));
-        delmesh_mesh_desc desc;
-        delmesh_mesh_desc_init(&desc, sizeof desc);
-        desc.positions = view(cube.points, 98, DELMESH_FLOAT32, 3);
-        desc.corner_verts = view(cube.quads, 384, DELMESH_INT32, 1);
-        desc.face_sizes = view(cube.sizes, 96, DELMESH_INT32, 1);
-        desc.layers = &l;
-        desc.layer_count = 1;
-        delmesh_mesh* mesh = make(context, &desc);
+        delmesh_mesh* mesh = cube_mesh(&cube, &l);
         for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode)
             for (int32_t quality = 0; quality <= 6; quality += 6) {
                 const delmesh_target targets[] = {{DELMESH_TARGET_FULL, 0, 0},
@@ -473,7 +459,7 @@ static void levels_know_their_side(void** state) {
 
 /* A bumpy cube, whose seams and islands of another material move and vanish: no triangle has corners on two sides. */
 static void nothing_straddles(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     static Cube cube;
     int32_t material[96];
     make_cube(0, &cube);
@@ -489,7 +475,7 @@ static void nothing_straddles(void** state) {
     desc.face_sizes = view(cube.sizes, 96, DELMESH_INT32, 1);
     desc.layers = layers;
     desc.layer_count = 2;
-    delmesh_mesh* mesh = make(context, &desc);
+    delmesh_mesh* mesh = make(&desc);
     for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode)
         for (int32_t quality = 0; quality <= 6; quality += 6) {
             enum { kLevels = 6 };
@@ -541,7 +527,7 @@ static double u_of_bump(int v) {
     return v == BUMP_VERTS / 2 ? 1 : 0;
 }
 /* What u is in the middle of a square made of at most so many faces. */
-static double u_in_the_middle(delmesh_context* context, double weight, int64_t faces) {
+static double u_in_the_middle(double weight, int64_t faces) {
     static float points[BUMP_VERTS][3], uv[3 * BUMP_FACES][2];
     static int32_t corners[3 * BUMP_FACES];
     for (int v = 0; v < BUMP_VERTS; ++v) points[v][0] = (float)(v % (SIDE + 1)), points[v][1] = (float)(v / (SIDE + 1));
@@ -559,7 +545,7 @@ static double u_in_the_middle(delmesh_context* context, double weight, int64_t f
     desc.corner_verts = view(corners, 3 * BUMP_FACES, DELMESH_INT32, 1);
     desc.layers = &l;
     desc.layer_count = 1;
-    delmesh_mesh *mesh = make(context, &desc), *out;
+    delmesh_mesh *mesh = make(&desc), *out;
     const delmesh_target target = {DELMESH_TARGET_FACES, 0, (double)faces};
     delmesh_decimate_options options;
     delmesh_decimate_options_init(&options, sizeof options);
@@ -595,24 +581,17 @@ static double u_in_the_middle(delmesh_context* context, double weight, int64_t f
 
 /* A flat place is nothing to the quadrics of distances. */
 static void weights_hold_textures(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
-    assert_true(u_in_the_middle(context, 0, 24) < 0.3);
-    assert_true(u_in_the_middle(context, 1, 24) > 0.7);
-    assert_true(u_in_the_middle(context, 0.01, 24) > 0.7); /* there is nothing else to pay for */
+    (void)state;
+    assert_true(u_in_the_middle(0, 24) < 0.3);
+    assert_true(u_in_the_middle(1, 24) > 0.7);
+    assert_true(u_in_the_middle(0.01, 24) > 0.7); /* there is nothing else to pay for */
     /* With seams, which merge and end: each side has its own values. */
     for (int charts = 0; charts < 2; ++charts) {
         static Cube cube;
         make_cube(charts, &cube);
         delmesh_layer l = layer(DELMESH_LAYER_UV, view(cube.uv, 384, DELMESH_FLOAT32, 2));
         l.weight = 1;
-        delmesh_mesh_desc desc;
-        delmesh_mesh_desc_init(&desc, sizeof desc);
-        desc.positions = view(cube.points, 98, DELMESH_FLOAT32, 3);
-        desc.corner_verts = view(cube.quads, 384, DELMESH_INT32, 1);
-        desc.face_sizes = view(cube.sizes, 96, DELMESH_INT32, 1);
-        desc.layers = &l;
-        desc.layer_count = 1;
-        delmesh_mesh* mesh = make(context, &desc);
+        delmesh_mesh* mesh = cube_mesh(&cube, &l);
         for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode) {
             const delmesh_target targets[] = {{DELMESH_TARGET_FACES, 0, 96}, {DELMESH_TARGET_FACES, 0, 12}};
             delmesh_decimate_options options;
@@ -630,7 +609,7 @@ static void weights_hold_textures(void** state) {
     }
 }
 
-static void expect(delmesh_context* context, const delmesh_mesh_desc* desc, int32_t status, const char* sentence) {
+static void expect(const delmesh_mesh_desc* desc, int32_t status, const char* sentence) {
     delmesh_mesh* mesh = (delmesh_mesh*)(uintptr_t)1;
     assert_int_equal(delmesh_mesh_create(context, desc, &mesh), status);
     assert_null(mesh);
@@ -638,7 +617,7 @@ static void expect(delmesh_context* context, const delmesh_mesh_desc* desc, int3
 }
 
 static void wrong_layers(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     float uv[7][2] = {{0}};
     static const int64_t ids[2] = {1, 2};
     delmesh_layer l[2] = {layer(DELMESH_LAYER_UV, view(uv, 6, DELMESH_FLOAT32, 2)),
@@ -646,47 +625,45 @@ static void wrong_layers(void** state) {
     const delmesh_layer right = l[1];
     const delmesh_mesh_desc desc = kite(l, 2);
     l[1].kind = 0;
-    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'kind' was 0, outside 1 to 6.");
+    expect(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'kind' was 0, outside 1 to 6.");
     l[1] = right;
     l[1].border = 3;
-    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'border' was 3, outside 0 to 2.");
+    expect(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'border' was 3, outside 0 to 2.");
     l[1] = right;
     l[1].tolerance = -1;
-    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'tolerance' was -1, outside 0 to inf.");
+    expect(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'tolerance' was -1, outside 0 to inf.");
     l[1] = right;
     l[1].struct_size = 4;
-    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT,
-           "The struct_size of 'layers[1]' was 4: its _init function was not called.");
+    expect(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "The struct_size of 'layers[1]' was 4: its _init function was not called.");
     l[1] = right;
     l[1].values.count = 7;
-    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT,
-           "The view 'layers[1].values' had 7 elements, and there were 6 corners.");
+    expect(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "The view 'layers[1].values' had 7 elements, and there were 6 corners.");
     l[1].values = view(uv, 3, DELMESH_FLOAT32, 4);
-    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT, "The view 'layers[1].values' had 4 components; UV maps have 2 or 3.");
+    expect(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "The view 'layers[1].values' had 4 components; UV maps have 2 or 3.");
     l[1] = layer(DELMESH_LAYER_MATERIAL, view(ids, 2, DELMESH_INT64, 1));
-    expect(context, &desc, DELMESH_ERROR_INVALID_ARGUMENT,
+    expect(&desc, DELMESH_ERROR_INVALID_ARGUMENT,
            "The view 'layers[1].values' had a type that is not taken here: type 5, components 1, count 2, stride 0.");
     delmesh_mesh_desc none = kite(NULL, 1);
-    expect(context, &none, DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'layers' was NULL, and 'layer_count' 1.");
+    expect(&none, DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'layers' was NULL, and 'layer_count' 1.");
     none = kite(NULL, 65);
-    expect(context, &none, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'layer_count' was 65, outside 0 to 64.");
+    expect(&none, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'layer_count' was 65, outside 0 to 64.");
 
     static const int32_t verts[] = {0, 1, 0, 4};
     static const uint8_t marks[] = {DELMESH_EDGE_BOUNDARY, 0};
     delmesh_mesh_desc edges = kite(NULL, 0);
     edges.edge_marks = view(marks, 2, DELMESH_UINT8, 1);
-    expect(context, &edges, DELMESH_ERROR_INVALID_ARGUMENT, "The view 'edge_marks' had 2 elements, and 'edge_verts' 0 edges.");
+    expect(&edges, DELMESH_ERROR_INVALID_ARGUMENT, "The view 'edge_marks' had 2 elements, and 'edge_verts' 0 edges.");
     edges.edge_verts = view(verts, 2, DELMESH_INT32, 2);
-    expect(context, &edges, DELMESH_ERROR_INDEX_OUT_OF_RANGE, "edge_verts: edge 1 had vertex 4; there were 4 vertices.");
+    expect(&edges, DELMESH_ERROR_INDEX_OUT_OF_RANGE, "edge_verts: edge 1 had vertex 4; there were 4 vertices.");
     edges.edge_verts = view(verts, 1, DELMESH_INT32, 2);
     edges.edge_marks.count = 1;
-    expect(context, &edges, DELMESH_ERROR_INVALID_ARGUMENT,
+    expect(&edges, DELMESH_ERROR_INVALID_ARGUMENT,
            "edge_marks: mark 0 was 1, which is no sum of DELMESH_EDGE_MARKED, _SHARP, _SEAM and _CREASE.");
     delmesh_remesh_options options;
     delmesh_remesh_options_init(&options, sizeof options);
     options.release = DELMESH_EDGE_FEATURE;
     const delmesh_mesh_desc plain = kite(NULL, 0);
-    delmesh_mesh *mesh = make(context, &plain), *out;
+    delmesh_mesh *mesh = make(&plain), *out;
     assert_int_equal(delmesh_remesh(context, mesh, &options, &out, NULL), DELMESH_ERROR_INVALID_ARGUMENT);
     assert_string_equal(delmesh_last_error(context),
                         "The option 'release' was 4, which has bits of edges that are not released.");
@@ -696,7 +673,7 @@ static void wrong_layers(void** state) {
 /* Four squares of which two are gone at one place and along one side: what a repair leaves comes from polygons that are not the ones
  * around their vertices. */
 static void merged_vertices_keep_their_materials(void** state) {
-    delmesh_context* const context = ((Fixed*)*state)->context;
+    (void)state;
     static const float points[9][3] = {{0, 0, 0},     {0, 0, 0},     {0, 0.25f, 0}, {0, 0, 0},        {0, 0, 0},
                                        {0, 0.25f, 0}, {0.25f, 0, 0}, {0.25f, 0, 0}, {0.25f, 0.25f, 0}};
     static const int32_t corners[] = {0, 3, 4, 1, 1, 4, 5, 2, 3, 6, 7, 4, 4, 7, 8, 5}, sizes[] = {4, 4, 4, 4};
@@ -706,7 +683,7 @@ static void merged_vertices_keep_their_materials(void** state) {
     desc.positions = view(points, 9, DELMESH_FLOAT32, 3);
     desc.corner_verts = view(corners, 16, DELMESH_INT32, 1);
     desc.face_sizes = view(sizes, 4, DELMESH_INT32, 1);
-    delmesh_mesh* const mesh = make(context, &desc);
+    delmesh_mesh* const mesh = make(&desc);
     for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode) {
         delmesh_remesh_options options;
         delmesh_remesh_options_init(&options, sizeof options);
@@ -747,5 +724,5 @@ int main(void) {
         cmocka_unit_test(merged_vertices_keep_their_materials),
         cmocka_unit_test(wrong_layers),
     };
-    return cmocka_run_group_tests_name("layers", tests, setup, teardown);
+    return cmocka_run_group_tests_name("layers", tests, set_up, tear_down);
 }

@@ -4,20 +4,7 @@
 
 #include <math.h>
 
-static Host host;
-static delmesh_context* context;
-
-static int set_up(void** state) {
-    (void)state;
-    context = host_context(&host, 1);
-    return 0;
-}
-static int tear_down(void** state) {
-    (void)state;
-    delmesh_context_destroy(context);
-    assert_nothing_left(&host);
-    return 0;
-}
+HOST_FIXTURE(1)
 
 static const double tetrahedron[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int32_t tetrahedron_corners[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};

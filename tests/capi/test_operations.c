@@ -4,20 +4,7 @@
 
 #include <math.h>
 
-static Host host;
-static delmesh_context* context;
-
-static int set_up(void** state) {
-    (void)state;
-    context = host_context(&host, 1);
-    return 0;
-}
-static int tear_down(void** state) {
-    (void)state;
-    delmesh_context_destroy(context);
-    assert_nothing_left(&host);
-    return 0;
-}
+HOST_FIXTURE(1)
 
 static delmesh_mesh* make(const double* positions, int64_t verts, const int32_t* corners, int64_t faces) {
     delmesh_mesh_desc desc;

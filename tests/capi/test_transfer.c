@@ -5,20 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 
-static Host host;
-static delmesh_context* context;
-
-static int set_up(void** state) {
-    (void)state;
-    context = host_context(&host, 2);
-    return 0;
-}
-static int tear_down(void** state) {
-    (void)state;
-    delmesh_context_destroy(context);
-    assert_nothing_left(&host);
-    return 0;
-}
+HOST_FIXTURE(2)
 
 /* ---- Meshes ---------------------------------------------------------------------------------------------------------------- */
 

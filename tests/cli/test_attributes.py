@@ -10,9 +10,10 @@ import resource
 import struct
 import subprocess
 import sys
-import tempfile
 import unittest
 from pathlib import Path
+
+from support import FolderTest
 
 DELMESH = ""
 LIMITS = True
@@ -139,18 +140,7 @@ def textured_cube(cuts=4):
     return "\n".join(text) + "\n"
 
 
-class AttributesTest(unittest.TestCase):
-    def setUp(self):
-        self.holder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.holder.cleanup)
-        self.folder = Path(self.holder.name)
-
-    def file(self, name, content):
-        path = self.folder / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
-
+class AttributesTest(FolderTest):
     def run_command(self, *words, status=0):
         done = subprocess.run([DELMESH, *map(str, words)], capture_output=True, timeout=120)
         self.assertEqual(done.returncode, status, f"{words}\n{done.stdout.decode()}{done.stderr.decode()}")

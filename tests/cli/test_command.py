@@ -13,10 +13,11 @@ import signal
 import struct
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from pathlib import Path
+
+from support import FolderTest
 
 DELMESH = ""
 LIMITS = True
@@ -91,17 +92,7 @@ def read_numbers(path):
     return [struct.unpack_from(code, body, i * struct.calcsize(code)) for i in range(count)]
 
 
-class CommandTest(unittest.TestCase):
-    def setUp(self):
-        self.holder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.holder.cleanup)
-        self.folder = Path(self.holder.name)
-
-    def file(self, name, content):
-        path = self.folder / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
-
+class CommandTest(FolderTest):
     def run_command(self, *words, status=0, env=None, **named):
         done = subprocess.run([DELMESH, *map(str, words)], capture_output=True, timeout=60, env=env, **named)
         out, err = done.stdout.decode(), done.stderr.decode(errors="replace")

@@ -213,4 +213,13 @@ void shim_mesh_set_split(shim_mesh* m, int32_t vert, double weight0, double weig
     if (!a.vert_source.empty()) a.vert_source[a.first_split] = -1;
 }
 
+void shim_set_edge_bits(shim_mesh* m, int32_t p, int32_t q, uint16_t bits) {
+    Mesh& mesh = m->mesh;
+    if (mesh.corner_bits.empty()) mesh.corner_bits.assign(mesh.corners(), 0);
+    for (int32_t c = 0; c < mesh.corners(); ++c) {
+        const int32_t a = mesh.corner_vert[c], b = mesh.corner_vert[next_corner(c)];
+        if ((a == p && b == q) || (a == q && b == p)) mesh.corner_bits[c] |= bits;
+    }
+}
+
 } // extern "C"

@@ -62,6 +62,9 @@ void shim_mesh_set_map(shim_mesh* mesh, int32_t field, int64_t i, double value);
 /* Declares the last vertex a split vertex on (vert, vert, vert) with these weights. */
 void shim_mesh_set_split(shim_mesh* mesh, int32_t vert, double weight0, double weight1, double weight2);
 
+/* Sets bits of the edge p q, on both corners. */
+void shim_set_edge_bits(shim_mesh* mesh, int32_t p, int32_t q, uint16_t bits);
+
 #ifdef __cplusplus
 }
 #endif

@@ -63,8 +63,6 @@ int32_t shim_decimator_valid(const shim_decimator* decimator);              /* S
 int32_t shim_decimator_kind(const shim_decimator* decimator, int32_t vert); /* 0 smooth, 1 crease, 2 corner */
 /* What is left, as a mesh with a context of its own: vertices and faces in the order of their numbers. */
 shim_mesh* shim_decimator_level(const shim_decimator* decimator);
-/* Sets bits of the edge p q, on both corners. */
-void shim_set_edge_bits(shim_mesh* mesh, int32_t p, int32_t q, uint16_t bits);
 
 #ifdef __cplusplus
 }

@@ -35,15 +35,6 @@ delmesh_distance_report shim_distance(shim_mesh* level, const shim_mesh* in) {
     return report;
 }
 
-void shim_set_edge_bits(shim_mesh* m, int32_t p, int32_t q, uint16_t bits) {
-    Mesh& mesh = m->mesh;
-    if (mesh.corner_bits.empty()) mesh.corner_bits.assign(mesh.corners(), 0);
-    for (int32_t c = 0; c < mesh.corners(); ++c) {
-        const int32_t a = mesh.corner_vert[c], b = mesh.corner_vert[next_corner(c)];
-        if ((a == p && b == q) || (a == q && b == p)) mesh.corner_bits[c] |= bits;
-    }
-}
-
 uint64_t shim_bytes_alive(const shim_mesh* m) {
     return m->context.memory().current();
 }

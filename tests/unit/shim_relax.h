@@ -20,8 +20,6 @@ shim_relax_rules shim_relax_defaults(void);
  * many vertices moved. */
 int64_t shim_relax(shim_mesh* level, const shim_mesh* in, const shim_relax_rules* rules, const uint8_t* stays);
 delmesh_distance_report shim_distance(shim_mesh* level, const shim_mesh* in);
-/* Sets bits of the edge p q, on both corners. */
-void shim_set_edge_bits(shim_mesh* mesh, int32_t p, int32_t q, uint16_t bits);
 uint64_t shim_bytes_alive(const shim_mesh* mesh); /* of its context */
 
 #ifdef __cplusplus
