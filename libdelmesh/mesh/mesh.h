@@ -21,11 +21,13 @@
 
 namespace dm {
 
+// In this form, an unsigned remainder compared with 0, they are one multiplication and a comparison: walks around vertices are made
+// of them.
 inline int32_t next_corner(int32_t c) {
-    return c % 3 == 2 ? c - 2 : c + 1;
+    return static_cast<uint32_t>(c + 1) % 3 == 0 ? c - 2 : c + 1;
 }
 inline int32_t prev_corner(int32_t c) {
-    return c % 3 == 0 ? c + 2 : c - 1;
+    return static_cast<uint32_t>(c) % 3 == 0 ? c + 2 : c - 1;
 }
 inline int32_t face_of(int32_t c) {
     return c / 3;
