@@ -539,6 +539,8 @@ void Surface::unite(int32_t a, int32_t b) {
 void Surface::collapse(int32_t c) {
     const int32_t t = corner_twin[c];
     const int32_t p = corner_vert[c], q = head(c);
+    int32_t open[3], open_count = 0; // those of p and the apexes that are on the boundary, and stay there
+    if (on_boundary(p) || on_boundary(q)) open[open_count++] = p;
     // All of q's corners become p's.
     const int32_t start = vert_corner[q];
     int32_t k = start;
@@ -553,6 +555,7 @@ void Surface::collapse(int32_t c) {
         if (side < 0) continue;
         const int32_t a = next_corner(side), b = prev_corner(side);
         const int32_t w = corner_vert[b];
+        if (on_boundary(w)) open[open_count++] = w;
         int32_t ta = corner_twin[a], tb = corner_twin[b];
         const EdgeBits bits = corner_bits[a] | corner_bits[b];
         drop_from_ring(side);
@@ -581,9 +584,9 @@ void Surface::collapse(int32_t c) {
     put(&Surface::vert_corner, p, p_corner);
     unite(p, q);
     // Boundary vertices keep their boundary corner.
-    const auto settle = [this](int32_t x) {
-        const int32_t first = vert_corner[x];
-        if (first < 0) return;
+    for (int i = 0; i < open_count; ++i) {
+        const int32_t x = open[i], first = vert_corner[x];
+        if (first < 0) continue;
         int32_t m = first;
         for (;;) { // clockwise: outgoing corner before m is next(twin(m))
             const int32_t beyond = corner_twin[m];
@@ -592,15 +595,7 @@ void Surface::collapse(int32_t c) {
             if (m == first) break;
         }
         if (m != first) put(&Surface::vert_corner, x, m);
-    };
-    settle(p);
-    for (const int32_t side : sides)
-        if (side >= 0) {
-            // The apex was overwritten with the face; its vertex is the start of what was beyond.
-            const int32_t a = corner_twin[next_corner(side)], b = corner_twin[prev_corner(side)];
-            if (a >= 0) settle(corner_vert[a]);
-            if (b >= 0) settle(corner_vert[next_corner(b)]);
-        }
+    }
 }
 
 void Surface::gather_corners(int32_t v, Array<int32_t>& out) const {
