@@ -46,7 +46,7 @@ public:
     }
     void push(int32_t part, int32_t b, const T& value) {
         int32_t& head = heads_[int64_t{part} * kBuckets + b];
-        if (head < 0 || blocks_[head].count == kBlock) {
+        if (count_of(head) == kBlock) {
             int32_t fresh = free_;
             if (fresh >= 0) {
                 free_ = blocks_[fresh].next;
@@ -55,13 +55,12 @@ public:
                 blocks_.push_back(Block{});
             }
             blocks_[fresh].next = head;
-            blocks_[fresh].count = 0;
-            head = fresh;
+            head = fresh * (kBlock + 1);
             fine_[part * kFineWords + (b >> 6)] |= uint64_t{1} << (b & 63);
             coarse_[part * kCoarseWords + (b >> 12)] |= uint64_t{1} << (b >> 6 & 63);
         }
-        Block& block = blocks_[head];
-        block.values[block.count++] = value;
+        blocks_[block_of(head)].values[count_of(head)] = value;
+        ++head;
         ++counts_[b];
         ++size_;
     }
@@ -81,16 +80,16 @@ public:
         int count = 0;
         for (const int32_t last = std::min(limit_, b + kSpan); b <= last; b = lowest_of(part_)) {
             int32_t& head = heads_[int64_t{part_} * kBuckets + b];
-            Block& block = blocks_[head];
+            Block& block = blocks_[block_of(head)];
             const int before = count;
-            while (count < most && block.count > 0) {
+            while (count < most && count_of(head) > 0) {
                 buckets[count] = b;
-                values[count++] = block.values[--block.count];
+                values[count++] = block.values[count_of(--head)];
             }
             counts_[b] -= count - before;
             size_ -= count - before;
-            if (block.count > 0) break;
-            const int32_t empty = head;
+            if (count_of(head) > 0) break;
+            const int32_t empty = block_of(head);
             head = block.next;
             block.next = free_;
             free_ = empty;
@@ -101,6 +100,7 @@ public:
             }
             if (count == most) break;
         }
+        ask_for_next(b);
         return count;
     }
     int64_t size() const { return size_; }
@@ -120,13 +120,16 @@ private:
     static constexpr int32_t kBuckets = 1 << (31 - kDropped), kFineWords = kBuckets / 64, kCoarseWords = kFineWords / 64;
     static constexpr int32_t kOctave = 1 << (23 - kDropped); // buckets to twice the priority
     static constexpr int32_t kSpan = 2;                      // buckets that are popped together
-    static constexpr int kBlock = 15;
+    static constexpr int kBlockBits = 4, kBlock = (1 << kBlockBits) - 1;
 
     struct Block {
         T values[kBlock];
-        int32_t next;
-        int32_t count; // those behind the first are full
+        int32_t next; // the head of what is behind it, or -1; of a free block the next free one
     };
+    // A head is the first block of a list and how many values are in it; those behind it are full. The count is here, so that a push
+    // need not read the block. -1: no block, and it is full.
+    static int32_t block_of(int32_t head) { return head >> kBlockBits; }
+    static int32_t count_of(int32_t head) { return head & kBlock; }
 
     int32_t lowest_of(int32_t part) const {
         const uint64_t* coarse = &coarse_[part * kCoarseWords];
@@ -137,6 +140,17 @@ private:
         }
         return kBuckets;
     }
+    // Has those brought from memory that are popped next, from the bucket b on, while these are looked at.
+    void ask_for_next(int32_t b) const {
+        if (b >= kBuckets) return;
+        const uint64_t word = fine_[part_ * kFineWords + (b >> 6)];
+        for (const int32_t end = std::min(b | 63, b + kSpan); b <= end; ++b) {
+            if ((word >> (b & 63) & 1) == 0) continue;
+            const int32_t head = heads_[int64_t{part_} * kBuckets + b];
+            const Block& block = blocks_[block_of(head)];
+            for (int i = count_of(head) - 1; i >= 0; i -= 64 / static_cast<int>(sizeof(T))) __builtin_prefetch(&block.values[i]);
+        }
+    }
     void raise_limit(int64_t wanted) {
         int32_t lowest = 0;
         while (counts_[lowest] == 0) ++lowest;
@@ -145,7 +159,7 @@ private:
         while (limit_ + 1 < std::min(kBuckets, lowest + kOctave) && (below += counts_[limit_ + 1]) <= wanted) ++limit_;
     }
 
-    Array<int32_t> heads_; // per part and bucket its first block; -1: empty
+    Array<int32_t> heads_; // per part and bucket
     Array<Block> blocks_;
     Array<uint64_t> fine_, coarse_;
     Array<int64_t> counts_; // per bucket, of all parts
