@@ -13,7 +13,7 @@
 namespace dm {
 Decimator::Decimator(Context& context_, Surface& surface, const DecimationRules& rules_)
     : wedges(context_.memory()), merged_into(context_.memory()), next_merged(context_.memory()), last_merged(context_.memory()),
-      place_of(context_.memory()), context(context_), s(surface), rules(rules_), verts(context_.memory()),
+      place_of(context_.memory()), context(context_), s(surface), rules(rules_), verts(context_.memory()), quadrics(context_.memory()),
       queue(context_.memory()), to_flip(context_.memory()), flipped(context_.memory()), changed(context_.memory()) {}
 
 Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts) {
@@ -33,6 +33,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
     const double unit = 1 / (size_of_all * size_of_all) / (size_of_all * size_of_all);
     flip_weight = rules.flip_weight * unit;
     DM_TRY(fill(context, verts, all, Vertex{}));
+    DM_TRY(fill(context, quadrics, all, Quadric{}));
     DM_TRY(fill(context, next_merged, all, -1));
     for (Array<int32_t>* each : {&merged_into, &last_merged, &place_of}) {
         each->resize_uninitialized(all);
@@ -52,7 +53,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         if (!(size > 0)) continue;
         const Vec3 normal = (1 / size) * n;
         const Quadric q = Quadric::of_plane(normal, x[0], unit * size / 6);
-        for (const int32_t w : v) verts[w].quadric += q;
+        for (const int32_t w : v) quadrics[w] += q;
         for (int k = 0; k < 3; ++k) {
             const int32_t c = 3 * f + k;
             if (s.is_frozen(c)) special[v[k]] = special[v[(k + 1) % 3]] = 255;
@@ -66,14 +67,14 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
             const double l = length(across);
             if (!(l > 0)) continue;
             const Quadric edge = Quadric::of_plane((1 / l) * across, x[k], unit * rules.boundary_weight * l * l);
-            verts[a].quadric += edge;
-            verts[b].quadric += edge;
+            quadrics[a] += edge;
+            quadrics[b] += edge;
         }
     }
     for (int32_t v = 0; v < all; ++v) {
         verts[v].locked = special[v] == 255 || (locked_verts != nullptr && locked_verts[v] != 0);
         verts[v].kind = verts[v].locked ? Kind::corner : kind_among(special[v]);
-        if (vert_weights != nullptr) verts[v].quadric *= vert_weights[v] / most_weight;
+        if (vert_weights != nullptr) quadrics[v] *= vert_weights[v] / most_weight;
     }
     if (wedges.has_values()) DM_TRY(wedges.add_faces(context, s, origin, unit / most_weight, size_of_all, vert_weights));
     queue.begin((all >> kPartBits) + 1, s.corners() / 2);
@@ -185,15 +186,16 @@ Status Decimator::sweep() {
 // brought leads to the next, for all entries at a time.
 void Decimator::ask_for(const Entry* entries, int count, int32_t* corners) const {
     for (int i = 0; i < count; ++i) {
-        __builtin_prefetch(&verts[entries[i].p].version);
-        __builtin_prefetch(&verts[entries[i].q].version);
+        __builtin_prefetch(&verts[entries[i].p]);
+        __builtin_prefetch(&verts[entries[i].q]);
         __builtin_prefetch(&s.corner_vert[entries[i].corner]);
     }
     for (int i = 0; i < count; ++i) {
         corners[i] = find(entries[i]);
         if (corners[i] < 0) continue;
         for (const int32_t v : {entries[i].p, entries[i].q}) {
-            __builtin_prefetch(&verts[v].quadric);
+            __builtin_prefetch(&quadrics[v]);
+            __builtin_prefetch(&quadrics[v].c);
             __builtin_prefetch(&s.pos[v]);
             __builtin_prefetch(&s.vert_corner[v]);
         }
@@ -435,7 +437,8 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
     const int32_t t = s.twin(c), gone = t < 0 ? 1 : 2;
     for (int i = 0; i < star.count; ++i) { // for push_around
         __builtin_prefetch(&verts[star.spokes[i].ring]);
-        __builtin_prefetch(&verts[star.spokes[i].ring].version);
+        __builtin_prefetch(&quadrics[star.spokes[i].ring]);
+        __builtin_prefetch(&quadrics[star.spokes[i].ring].c);
     }
     const Wedges::Sides sides = wedges.empty() ? Wedges::Sides{} : wedges.sides(s, c);
     s.collapse(c);
@@ -473,7 +476,7 @@ bool Decimator::commit(const Star& star, const Place& place, double most, double
         return false;
     }
     if (may_fail) s.keep_trial();
-    verts[p].quadric += verts[q].quadric;
+    quadrics[p] += quadrics[q];
     wedges.keep();
     verts[p].kind = std::max(verts[p].kind, verts[q].kind);
     verts[p].locked |= verts[q].locked;

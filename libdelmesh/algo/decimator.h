@@ -46,6 +46,7 @@ public:
     // After the last run: what only collapses need is given back. kind() and prune() may not be asked any more.
     void finish() {
         verts.free_storage();
+        quadrics.free_storage();
         queue.free_storage();
         wedges.free_storage();
     }
@@ -68,8 +69,7 @@ public:
     Array<int32_t> place_of;    // per vertex: the vertex of the beginning whose place it has; -1: it was moved
 
 private:
-    struct Vertex {
-        Quadric quadric;
+    struct Vertex { // apart from its quadric: most entries of the queue are void by the time they are popped, and that is seen here
         uint32_t version = 0; // counts changes of its place and quadric
         Kind kind = Kind::smooth;
         bool locked = false; // by the caller, a cut or the region: a corner whatever becomes of its edges
@@ -120,8 +120,10 @@ private:
     void find_kind_again(int32_t v);
     // Of the vertex that the edge c is collapsed to.
     Quadric merged(int32_t c) const {
-        const Quadric sum = verts[s.vert(c)].quadric + verts[s.head(c)].quadric;
-        return wedges.empty() ? sum : sum + wedges.merged(s, c);
+        Quadric sum = quadrics[s.vert(c)];
+        sum += quadrics[s.head(c)];
+        if (!wedges.empty()) sum += wedges.merged(s, c);
+        return sum;
     }
     void push(int32_t c);
     void push_around(int32_t v);
@@ -167,6 +169,7 @@ private:
     bool has_lines = false;     // kept edges
     bool guard_refused = false; // in the attempt at hand
     Array<Vertex> verts;
+    Array<Quadric> quadrics; // per vertex
     BucketQueue<Entry> queue;
     Array<int32_t> to_flip, flipped, changed;
     int64_t refusals[5] = {0, 0, 0, 0, 0}; // since the last sweep, per DELMESH_STOPPED_BY_*
