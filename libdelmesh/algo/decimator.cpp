@@ -13,8 +13,9 @@
 namespace dm {
 Decimator::Decimator(Context& context_, Surface& surface, const DecimationRules& rules_)
     : wedges(context_.memory()), merged_into(context_.memory()), next_merged(context_.memory()), last_merged(context_.memory()),
-      place_of(context_.memory()), context(context_), s(surface), rules(rules_), verts(context_.memory()), quadrics(context_.memory()),
-      queue(context_.memory()), to_flip(context_.memory()), flipped(context_.memory()), changed(context_.memory()) {}
+      place_of(context_.memory()), context(context_), s(surface), rules(rules_), verts(context_.memory()),
+      quadrics(context_.memory()), queue(context_.memory()), to_flip(context_.memory()), flipped(context_.memory()),
+      changed(context_.memory()) {}
 
 Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts) {
     const int32_t all = s.vertices(), faces = s.faces();
@@ -43,6 +44,7 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
     // Only their ratios matter, and the queue has a range.
     const double most_weight = vert_weights == nullptr || all == 0 ? 1 : *std::max_element(vert_weights, vert_weights + all);
     Array<uint8_t> special(context.memory(), all, 0);
+    for (const EdgeBits bits : s.corner_bits) has_marks |= (bits & (s.kept_bits | kEdgeFrozen)) != 0;
     for (int32_t f = 0; f < faces; ++f) {
         if ((f & 0xffff) == 0) DM_TRY(context.progress(0.3 * f / faces));
         if (s.is_dead(f)) continue;

@@ -69,7 +69,8 @@ public:
     Array<int32_t> place_of;    // per vertex: the vertex of the beginning whose place it has; -1: it was moved
 
 private:
-    struct Vertex { // apart from its quadric: most entries of the queue are void by the time they are popped, and that is seen here
+    struct
+        Vertex { // apart from its quadric: most entries of the queue are void by the time they are popped, and that is seen here
         uint32_t version = 0; // counts changes of its place and quadric
         Kind kind = Kind::smooth;
         bool locked = false; // by the caller, a cut or the region: a corner whatever becomes of its edges
@@ -167,6 +168,7 @@ private:
     Vec3 origin{0, 0, 0};       // of the quadrics: the numbers in them are then of the model's size
     double flip_weight = 1;     // in units of the quadrics
     bool has_lines = false;     // kept edges
+    bool has_marks = false;     // kept or frozen edges
     bool guard_refused = false; // in the attempt at hand
     Array<Vertex> verts;
     Array<Quadric> quadrics; // per vertex

@@ -15,6 +15,10 @@ bool Decimator::gather(int32_t c, Star& star) const {
     const auto add = [&](int32_t k) {
         if (star.count == kMostSpokes) return false;
         star.spokes[star.count++].corner = k;
+        // What is read below is asked for here, while the walk waits for its next step.
+        const int32_t beyond = s.twin(next_corner(k));
+        if (beyond >= 0) __builtin_prefetch(&s.corner_vert[beyond]);
+        if (has_marks) __builtin_prefetch(&s.corner_bits[k]);
         return true;
     };
     // From the corner after `k` counter-clockwise up to `end`, or the boundary; false if there are too many.
@@ -67,10 +71,10 @@ bool Decimator::gather(int32_t c, Star& star) const {
         spoke.beyond = beyond < 0 ? -1 : s.apex(beyond);
         __builtin_prefetch(&s.pos[spoke.ring]);
         if (spoke.beyond >= 0) __builtin_prefetch(&s.pos[spoke.beyond]);
-        spoke.kept = s.is_kept(k);
-        spoke.link_kept = s.is_kept(outer);
-        spoke.frozen = s.is_frozen(k);
-        spoke.link_frozen = s.is_frozen(outer);
+        spoke.kept = has_marks && s.is_kept(k);
+        spoke.link_kept = has_marks && s.is_kept(outer);
+        spoke.frozen = has_marks && s.is_frozen(k);
+        spoke.link_frozen = has_marks && s.is_frozen(outer);
     }
     if (star.open) {
         Spoke& last = star.spokes[star.count];
@@ -78,15 +82,19 @@ bool Decimator::gather(int32_t c, Star& star) const {
         last.ring = s.apex(star.spokes[star.count - 1].corner);
         last.beyond = -1;
         last.kept = last.link_kept = last.link_frozen = false;
-        last.frozen = s.is_frozen(prev_corner(star.spokes[star.count - 1].corner));
+        last.frozen = has_marks && s.is_frozen(prev_corner(star.spokes[star.count - 1].corner));
         last.at_ring = s.at(last.ring);
     }
     const int spokes = star.count + (star.open ? 1 : 0);
+    uint64_t met[4] = {0, 0, 0, 0}; // by their last bits: most are the first with these
     for (int i = 0; i < spokes; ++i) {
         const int32_t x = star.spokes[i].ring;
         if (x == p || x == q) return false;
-        for (int j = 0; j < i; ++j)
+        uint64_t& word = met[x >> 6 & 3];
+        const uint64_t bit = uint64_t{1} << (x & 63);
+        for (int j = 0; (word & bit) != 0 && j < i; ++j)
             if (star.spokes[j].ring == x) return false;
+        word |= bit;
     }
     for (int i = 0; i < star.count; ++i) {
         Spoke& spoke = star.spokes[i];
@@ -96,9 +104,9 @@ bool Decimator::gather(int32_t c, Star& star) const {
     for (int i = 0; i < star.count; ++i) {
         Spoke& spoke = star.spokes[i];
         const Vec3& x = s.at(s.vert(spoke.corner));
-        // Where both edges of a vanishing face were the same spoke, either may be kept.
+        // Where both edges of a vanishing face are the same spoke, either may be kept.
         const int before = star.before(i);
-        if (before >= 0) {
+        if (has_marks && before >= 0 && s.vert(star.spokes[before].corner) != s.vert(spoke.corner)) {
             const int32_t k = prev_corner(star.spokes[before].corner);
             spoke.kept |= s.is_kept(k);
             spoke.frozen |= s.is_frozen(k);
@@ -109,6 +117,10 @@ bool Decimator::gather(int32_t c, Star& star) const {
 }
 
 Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
+    // Of each face (w, a, b), which of its angles are surely acute. Every one of them is asked for, most of them are, and no edge
+    // between two of these is NLD.
+    enum : uint8_t { kAtPlace = 1, kAtRing = 2, kAtNext = 4 };
+    uint8_t acute[kMostSpokes];
     Trial trial;
     Vec3 to_ring = star.spokes[0].at_ring - w;
     for (int i = 0; i < star.count; ++i) {
@@ -118,6 +130,10 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
         const Vec3 normal = cross(to_ring, to_next);
         if (!turns_less(normal, spoke.normal, rules.fold_cosine)) return trial;
         if (zero_area(w, spoke.at_ring, next.at_ring)) return trial;
+        const Vec3 outer = next.at_ring - spoke.at_ring;
+        acute[i] =
+            static_cast<uint8_t>((surely_acute(to_ring, to_next) ? kAtPlace : 0) | (surely_acute(-to_ring, outer) ? kAtRing : 0) |
+                                 (surely_acute(to_next, outer) ? kAtNext : 0));
         to_ring = to_next;
     }
     for (int i = 0; i < star.count; ++i) {
@@ -126,10 +142,12 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
         // The outer edge of the face.
         const Vec3 &a = spoke.at_ring, &b = next.at_ring;
         if (spoke.beyond >= 0) {
-            if (!spoke.link_frozen && edge_is_nld(a, b, w, spoke.at_beyond)) {
+            const Vec3& y = spoke.at_beyond;
+            const bool surely_not = (acute[i] & kAtPlace) != 0 && surely_acute(a - y, b - y);
+            if (!surely_not && !spoke.link_frozen && edge_is_nld_past_acute(a, b, w, y)) {
                 if (spoke.link_kept) return trial;
                 ++trial.nld;
-                trial.flips += moved_by_flip(a, b, w, spoke.at_beyond);
+                trial.flips += moved_by_flip(a, b, w, y);
                 if (!wedges.empty()) {
                     const int32_t k = spoke.corner, outer = next_corner(k);
                     trial.flips +=
@@ -146,7 +164,8 @@ Decimator::Trial Decimator::try_place(const Star& star, const Vec3& w) const {
             if (rules.boundary_rule && boundary_edge_is_nld(w, a, b)) return trial;
         } else {
             const Vec3& o = star.spokes[before].at_ring;
-            if (edge_is_nld(w, a, o, b)) {
+            const bool surely_not = (acute[i] & kAtNext) != 0 && (acute[before] & kAtRing) != 0;
+            if (!surely_not && edge_is_nld_past_acute(w, a, o, b)) {
                 if (spoke.kept) return trial;
                 ++trial.nld;
                 trial.flips += moved_by_flip(w, a, o, b);

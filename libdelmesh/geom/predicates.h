@@ -17,12 +17,6 @@ namespace detail {
 constexpr double kDotError = 0x1p-50;
 constexpr double kDotUnderflow = 0x1p-1022;
 
-// Is u.v certainly positive? False when in doubt, also for infinities and NaN from an overflow.
-inline bool surely_acute(const Vec3& u, const Vec3& v) {
-    const double x = u.x * v.x, y = u.y * v.y, z = u.z * v.z;
-    return x + y + z - kDotError * (std::fabs(x) + std::fabs(y) + std::fabs(z)) > kDotUnderflow;
-}
-
 // A component of u x v is off by less than kCrossError * (sum of its terms' magnitudes) + kCrossUnderflow.
 constexpr double kCrossError = 0x1p-50, kCrossUnderflow = 0x1p-1022;
 
@@ -39,27 +33,38 @@ bool zero_area_unsure(const Vec3& a, const Vec3& b, const Vec3& c);
 
 } // namespace detail
 
+// Is the angle between u and v, differences of two points each, certainly below 90 degrees? False when in doubt, also for infinities
+// and NaN from an overflow. The same for -u and -v.
+inline bool surely_acute(const Vec3& u, const Vec3& v) {
+    const double x = u.x * v.x, y = u.y * v.y, z = u.z * v.z;
+    return x + y + z - detail::kDotError * (std::fabs(x) + std::fabs(y) + std::fabs(z)) > detail::kDotUnderflow;
+}
+
 // Is the interior edge (a, b) with the opposite vertices p and q not locally Delaunay: angle(a p b) + angle(a q b) > 180?
 // Angles of zero-area triangles are 0 or 180; an apex on an end of the edge counts as angle 0. Ties are Delaunay.
 // With u, v from the apex to the ends, d = u.v, s = |u x v|: NLD iff s1 d2 + s2 d1 < 0, or s1 = s2 = 0 with both d < 0.
 // The answer is the same when a and b, or p and q, change places.
 inline bool edge_is_nld(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q) {
-    if (detail::surely_acute(a - p, b - p) && detail::surely_acute(a - q, b - q)) return false; // nearly every edge
+    if (surely_acute(a - p, b - p) && surely_acute(a - q, b - q)) return false; // nearly every edge
+    return detail::edge_is_nld_unsure(a, b, p, q, nullptr);
+}
+// The same where surely_acute has been asked of both angles, and they are not.
+inline bool edge_is_nld_past_acute(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q) {
     return detail::edge_is_nld_unsure(a, b, p, q, nullptr);
 }
 
 // Is the boundary edge (a, b) with the opposite vertex p obtuse: angle(a p b) > 90?
 inline bool boundary_edge_is_nld(const Vec3& a, const Vec3& b, const Vec3& p) {
-    return !detail::surely_acute(a - p, b - p) && detail::boundary_edge_is_nld_unsure(a, b, p, nullptr);
+    return !surely_acute(a - p, b - p) && detail::boundary_edge_is_nld_unsure(a, b, p, nullptr);
 }
 
 // The same, and exact_calls counts the calls that the floating-point filter could not decide.
 inline bool edge_is_nld(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, int64_t& exact_calls) {
-    if (detail::surely_acute(a - p, b - p) && detail::surely_acute(a - q, b - q)) return false;
+    if (surely_acute(a - p, b - p) && surely_acute(a - q, b - q)) return false;
     return detail::edge_is_nld_unsure(a, b, p, q, &exact_calls);
 }
 inline bool boundary_edge_is_nld(const Vec3& a, const Vec3& b, const Vec3& p, int64_t& exact_calls) {
-    return !detail::surely_acute(a - p, b - p) && detail::boundary_edge_is_nld_unsure(a, b, p, &exact_calls);
+    return !surely_acute(a - p, b - p) && detail::boundary_edge_is_nld_unsure(a, b, p, &exact_calls);
 }
 
 // Do a, b, c lie on a line (or coincide)?
