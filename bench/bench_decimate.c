@@ -2,7 +2,7 @@
  *
  * bench_decimate.c: what decimation costs, through the C interface, beside meshoptimizer's meshopt_simplify where that is there.
  *     bench_decimate [--ratio R | --family] [--quality N] [--prepare flip|preserve|feature] [--placement all|paper|endpoints]
- *                    [--precision f32|f64] [--threads N] [--repeat N] [--subdivide N] [--growth] [--shuffle] FILE...
+ *                    [--precision f32|f64] [--threads N] [--repeat N] [--subdivide N] [--growth] [--shuffle] [--map] FILE...
  * Both begin with the same arrays, float32 positions and triangles, and go to the same share of the triangles: 10 % if not told,
  * with --family 50, 10 and 2 % one after the other (meshopt_simplify goes on from its own last level, which is its fastest way).
  * They take turns; of each the fastest repetition is printed. Times are processor time, so that other work of the machine counts
@@ -10,6 +10,7 @@
  * is with the copy that is edited and the making of the levels, but without maps and certificates), `call` the whole of
  * delmesh_lod_family: with making Delaunay, maps to the source and certificates. `wall` is the report's seconds_decimate.
  * --growth: each file as it is and after 1, 2, ... --subdivide steps; the last column is ns/vertex against the first row.
+ * --map: with what lets attributes be carried over. Not in `decimate`, but in `call` and in the memory.
  * --shuffle: vertices and triangles in an order without any locality, for both.
  */
 #include "mesh_file.h"
@@ -308,6 +309,8 @@ static bool set_flag(Settings* settings, const char* name) {
         settings->growth = true;
     else if (strcmp(name, "--shuffle") == 0)
         settings->shuffle = true;
+    else if (strcmp(name, "--map") == 0)
+        settings->options.map = 1;
     else
         return false;
     return true;
@@ -359,7 +362,7 @@ int main(int argc, char** argv) {
         fprintf(stderr,
                 "usage: bench_decimate [--ratio R | --family] [--quality N] [--prepare flip|preserve|feature]\n"
                 "                      [--placement all|paper|endpoints] [--precision f32|f64] [--threads N] [--repeat N]\n"
-                "                      [--subdivide N] [--growth] [--shuffle] FILE...\n");
+                "                      [--subdivide N] [--growth] [--shuffle] [--map] FILE...\n");
         return 2;
     }
     print_heading();
