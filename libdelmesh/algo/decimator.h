@@ -69,8 +69,8 @@ public:
     Array<int32_t> place_of;    // per vertex: the vertex of the beginning whose place it has; -1: it was moved
 
 private:
-    struct
-        Vertex { // apart from its quadric: most entries of the queue are void by the time they are popped, and that is seen here
+    // Apart from its quadric: most entries of the queue are void by the time they are popped, and that is seen here.
+    struct Vertex {
         uint32_t version = 0; // counts changes of its place and quadric
         Kind kind = Kind::smooth;
         bool locked = false; // by the caller, a cut or the region: a corner whatever becomes of its edges
