@@ -583,6 +583,19 @@ enum {
 DELMESH_API int32_t delmesh_transfer(delmesh_context* context, const delmesh_mesh* mesh, int32_t domain, int32_t policy,
                                      const delmesh_view* source, const delmesh_view_mut* target);
 
+/* The same for a layer that is to fit all over the surface and not only at the vertices: vertex or corner layers,
+ * DELMESH_TRANSFER_LINEAR or _DIRECTION. What is interpolated on the faces of `mesh` comes as close as it can, in the mean of
+ * squares, to what the source has at the closest points of the same chart. in: the source, of which `mesh` was made with `map`.
+ * Where delmesh_transfer gives several values around a vertex (at the layer's borders), and on boundaries, they stay as that gives
+ * them, as do those that are not finite. With LINEAR no component leaves the range that it has in the layer. Nothing changes, but
+ * for rounding, where interpolation is exact already. 9 to 256 points per face, by how much smaller `mesh` is than `in`, each in
+ * less than a microsecond; parallel, the same bytes for any number of threads; 48 bytes per face and 32 per face and component
+ * meanwhile. Errors: INVALID_ARGUMENT (also an `in` with other counts than the source), memory, CANCELLED (target is then partly
+ * written). docs/attributes.md. */
+DELMESH_API int32_t delmesh_transfer_fitted(delmesh_context* context, const delmesh_mesh* in, const delmesh_mesh* mesh,
+                                            int32_t domain, int32_t policy, const delmesh_view* source,
+                                            const delmesh_view_mut* target);
+
 /* Sparse vertex layers (an armature's weights): row v of the source has the entries indices[k], values[k] for k from offsets[v] to
  * offsets[v + 1]. */
 typedef struct delmesh_rows {
@@ -729,6 +742,8 @@ typedef struct delmesh_api {
     int32_t (*transfer)(delmesh_context*, const delmesh_mesh*, int32_t, int32_t, const delmesh_view*, const delmesh_view_mut*);
     int32_t (*transfer_sparse)(delmesh_context*, const delmesh_mesh*, const delmesh_rows*, int32_t, int32_t,
                                const delmesh_rows_mut*);
+    int32_t (*transfer_fitted)(delmesh_context*, const delmesh_mesh*, const delmesh_mesh*, int32_t, int32_t, const delmesh_view*,
+                               const delmesh_view_mut*);
 } delmesh_api;
 
 /* The table, static in the library; NULL if the library does not speak this abi_version (pass DELMESH_ABI_VERSION). */

@@ -267,6 +267,10 @@ public:
     void transfer(const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source, const delmesh_view_mut& target) {
         finish(delmesh_transfer(get(), mesh.get(), domain, policy, &source, &target));
     }
+    void transfer_fitted(const Mesh& in, const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source,
+                         const delmesh_view_mut& target) {
+        finish(delmesh_transfer_fitted(get(), in.get(), mesh.get(), domain, policy, &source, &target));
+    }
     // A layer of the source, one element after the other, carried over to a mesh that was made from it.
     template <class T>
     std::vector<T> transfer(const Mesh& mesh, int32_t domain, int32_t policy, const std::vector<T>& source, int32_t components = 1) {
@@ -274,6 +278,16 @@ public:
         const delmesh_view from = view(source, components);
         std::vector<T> numbers(count * static_cast<std::size_t>(components));
         transfer(mesh, domain, policy, from, view_mut(numbers.data(), count, components));
+        return numbers;
+    }
+    // The same so that it fits all over the surface; `in` is the source.
+    template <class T>
+    std::vector<T> transfer_fitted(const Mesh& in, const Mesh& mesh, int32_t domain, int32_t policy, const std::vector<T>& source,
+                                   int32_t components = 1) {
+        const std::size_t count = mesh.count_of(domain);
+        const delmesh_view from = view(source, components);
+        std::vector<T> numbers(count * static_cast<std::size_t>(components));
+        transfer_fitted(in, mesh, domain, policy, from, view_mut(numbers.data(), count, components));
         return numbers;
     }
     template <class Value>

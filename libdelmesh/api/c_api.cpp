@@ -216,6 +216,17 @@ int32_t delmesh_transfer(delmesh_context* context, const delmesh_mesh* mesh, int
     });
 }
 
+int32_t delmesh_transfer_fitted(delmesh_context* context, const delmesh_mesh* in, const delmesh_mesh* mesh, int32_t domain,
+                                int32_t policy, const delmesh_view* source, const delmesh_view_mut* target) {
+    return guarded(context, [&](Context& c) {
+        DM_TRY(require(c, "in", in));
+        DM_TRY(require(c, "mesh", mesh));
+        DM_TRY(require(c, "source", source));
+        DM_TRY(require(c, "target", target));
+        return fit_layer(c, in->mesh, mesh->mesh, domain, policy, *source, *target);
+    });
+}
+
 int32_t delmesh_transfer_sparse(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_rows* source, int32_t limit,
                                 int32_t normalise, const delmesh_rows_mut* target) {
     return guarded(context, [&](Context& c) {
@@ -330,6 +341,7 @@ const delmesh_api* delmesh_get_api(uint32_t abi_version) {
         delmesh_mesh_layer_borders,
         delmesh_transfer,
         delmesh_transfer_sparse,
+        delmesh_transfer_fitted,
     };
     return abi_version == DELMESH_ABI_VERSION ? &kApi : nullptr;
 }

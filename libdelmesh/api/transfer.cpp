@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/transfer.h"
 
+#include "algo/fit.h"
 #include "algo/transfer.h"
 #include "api/views.h"
+#include "mesh/source_map.h"
 
 namespace dm {
 namespace {
@@ -44,10 +46,8 @@ Status check_range(Context& context, const char* name, int32_t value, int32_t le
     return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The argument '%s' was %d, outside %d to %d.", name, value, least, most);
 }
 
-} // namespace
-
-Status transfer_layer(Context& context, const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source,
-                      const delmesh_view_mut& target) {
+Status check_layer(Context& context, const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source,
+                   const delmesh_view_mut& target) {
     const Domain of = domain_of(mesh, domain);
     if (of.source == nullptr)
         return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'domain' was %d, which is no DELMESH_DOMAIN_*.",
@@ -66,8 +66,37 @@ Status transfer_layer(Context& context, const Mesh& mesh, int32_t domain, int32_
     DM_TRY(check_view(context, "source", source, normalised ? kFloatTypes : kLayerTypes, components));
     DM_TRY(check_view(context, "target", as_view(target), type_bit(source.type), components));
     DM_TRY(check_count(context, "source", source.count, of.source_count, of.source));
-    DM_TRY(check_count(context, "target", target.count, of.target_count, of.target));
+    return check_count(context, "target", target.count, of.target_count, of.target);
+}
+
+} // namespace
+
+Status transfer_layer(Context& context, const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source,
+                      const delmesh_view_mut& target) {
+    DM_TRY(check_layer(context, mesh, domain, policy, source, target));
     return transfer(context, mesh, domain, policy, with_stride(source), with_stride(target));
+}
+
+Status fit_layer(Context& context, const Mesh& in, const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source,
+                 const delmesh_view_mut& target) {
+    DM_TRY(check_range(context, "domain", domain, DELMESH_DOMAIN_VERTEX, DELMESH_DOMAIN_CORNER));
+    if (policy != DELMESH_TRANSFER_LINEAR && policy != DELMESH_TRANSFER_DIRECTION)
+        return context.fail(DELMESH_ERROR_INVALID_ARGUMENT,
+                            "The argument 'policy' was %d, and only DELMESH_TRANSFER_LINEAR and _DIRECTION can fit.", policy);
+    if (!mesh.has_map)
+        return context.fail(DELMESH_ERROR_INVALID_ARGUMENT,
+                            "The argument 'mesh' had no map of its corners: it was made without 'map'.");
+    Mesh expected(context.memory());
+    set_source_counts(in, expected);
+    if (expected.source_verts != mesh.source_verts || expected.source_corners != mesh.source_corners ||
+        expected.source_faces != mesh.source_faces)
+        return context.fail(DELMESH_ERROR_INVALID_ARGUMENT,
+                            "The argument 'in' had %lld vertices, %lld corners and %lld faces, and the source of 'mesh' had "
+                            "%lld, %lld and %lld.",
+                            LL{expected.source_verts}, LL{expected.source_corners}, LL{expected.source_faces},
+                            LL{mesh.source_verts}, LL{mesh.source_corners}, LL{mesh.source_faces});
+    DM_TRY(check_layer(context, mesh, domain, policy, source, target));
+    return transfer_fitted(context, in, mesh, domain, policy, with_stride(source), with_stride(target));
 }
 
 Status transfer_rows(Context& context, const Mesh& mesh, const delmesh_rows& source, int32_t limit, int32_t normalise,

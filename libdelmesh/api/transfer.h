@@ -9,6 +9,9 @@ namespace dm {
 
 Status transfer_layer(Context& context, const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source,
                       const delmesh_view_mut& target);
+// in: what `mesh` was made of.
+Status fit_layer(Context& context, const Mesh& in, const Mesh& mesh, int32_t domain, int32_t policy, const delmesh_view& source,
+                 const delmesh_view_mut& target);
 Status transfer_rows(Context& context, const Mesh& mesh, const delmesh_rows& source, int32_t limit, int32_t normalise,
                      const delmesh_rows_mut& target);
 

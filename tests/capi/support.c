@@ -298,9 +298,9 @@ void fixture_free(Fixture* fixture) {
     free_shape(&fixture->book);
 }
 
-const char* const operation_names[OPERATIONS] = {"create",   "create welded", "create polygons", "preserve",      "flip",
-                                                 "feature",  "certify",       "quality",         "distance",      "estimate",
-                                                 "decimate", "family",        "transfer",        "transfer rows", "validate"};
+const char* const operation_names[OPERATIONS] = {
+    "create",   "create welded", "create polygons", "preserve", "flip",     "feature",       "certify", "quality",
+    "distance", "estimate",      "decimate",        "family",   "transfer", "transfer rows", "fit",     "validate"};
 
 static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld, delmesh_mesh** out) {
     delmesh_mesh_desc desc = shape_desc(shape);
@@ -407,6 +407,20 @@ static int32_t transfer(delmesh_context* context, const Shape* shape, const delm
     return status;
 }
 
+/* On the mesh that it came from a layer fits already: it may be a rounding off, no more. */
+static int32_t fit(delmesh_context* context, const Shape* shape, const delmesh_mesh* mesh) {
+    const int64_t count = 3 * info_of(mesh).vertices;
+    double* places = malloc((size_t)count * sizeof *places);
+    const delmesh_view layer = {shape->positions, shape->verts, 0, DELMESH_FLOAT64, 3};
+    const delmesh_view_mut into = {places, count / 3, 0, DELMESH_FLOAT64, 3};
+    const int32_t status =
+        delmesh_transfer_fitted(context, mesh, mesh, DELMESH_DOMAIN_VERTEX, DELMESH_TRANSFER_LINEAR, &layer, &into);
+    for (int64_t i = 0; i < count && status == DELMESH_OK; ++i)
+        assert_true(places[i] - shape->positions[i] < 1e-13 && shape->positions[i] - places[i] < 1e-13);
+    free(places);
+    return status;
+}
+
 static int32_t transfer_rows(delmesh_context* context, const Shape* shape, const delmesh_mesh* mesh) {
     const int64_t verts = info_of(mesh).vertices;
     int64_t* offsets = malloc((size_t)(shape->verts + 1) * sizeof *offsets);
@@ -476,6 +490,8 @@ int32_t run_operation(int operation, delmesh_context* context, const Fixture* fi
         return transfer(context, &fixture->sheet, fixture->sheet_mesh);
     case 13:
         return transfer_rows(context, &fixture->sheet, fixture->sheet_mesh);
+    case 14:
+        return fit(context, &fixture->sheet, fixture->sheet_mesh);
     default:
         return delmesh_mesh_validate(context, fixture->sheet_mesh);
     }

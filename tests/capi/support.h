@@ -98,7 +98,7 @@ typedef struct {
 void fixture_init(Fixture* fixture, delmesh_context* context);
 void fixture_free(Fixture* fixture);
 
-enum { OPERATIONS = 15 };
+enum { OPERATIONS = 16 };
 extern const char* const operation_names[OPERATIONS];
 /* Runs one; *out is a mesh where the operation makes one. Nothing that it is given changes, also not its own result lists, unless
  * it succeeds: that is asserted inside. */

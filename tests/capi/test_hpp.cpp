@@ -101,6 +101,8 @@ void layers() {
     const std::vector<float> uvs(12, 0.25f);
     EXPECT(context.transfer(mesh, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, uvs, 2) == uvs);
     thrown_by<delmesh::Error>([&] { context.transfer(mesh, DELMESH_DOMAIN_EDGE, DELMESH_TRANSFER_LINEAR, uvs); });
+    EXPECT(context.transfer_fitted(mesh, mesh, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, uvs, 2) == uvs);
+    thrown_by<delmesh::Error>([&] { context.transfer_fitted(mesh, mesh, DELMESH_DOMAIN_EDGE, DELMESH_TRANSFER_LINEAR, uvs); });
     delmesh::Rows<float> rows;
     rows.offsets = {0, 2, 2, 3, 3};
     rows.indices = {7, 1, 4};

@@ -440,6 +440,201 @@ static void rows_against_a_table(void** state) {
     free_shape(&shape);
 }
 
+/* ---- Fits ------------------------------------------------------------------------------------------------------------------ */
+
+static double bump(const double* x) {
+    return sin(0.1 * x[0]) * cos(0.08 * x[1]);
+}
+
+/* A flat grid, and a level of it with a map, which has its vertices where the bump needs them. */
+enum { SIDE = 41 };
+static delmesh_mesh* flat_level(delmesh_context* of, Shape* shape, delmesh_mesh** in) {
+    *shape = sheet_shape(SIDE);
+    for (int32_t v = 0; v < shape->verts; ++v) {
+        shape->positions[3 * v] = v % SIDE;
+        shape->positions[3 * v + 1] = (double)(v / SIDE) + (v % SIDE) * 0.25;
+        shape->positions[3 * v + 2] = 0;
+    }
+    const int64_t corners = 3 * (int64_t)shape->faces;
+    double* values = malloc((size_t)corners * sizeof *values);
+    for (int64_t c = 0; c < corners; ++c) values[c] = bump(&shape->positions[3 * shape->corners[c]]);
+    delmesh_layer layer;
+    delmesh_layer_init(&layer, sizeof layer);
+    layer.kind = DELMESH_LAYER_OTHER;
+    layer.weight = 1;
+    layer.values = (delmesh_view){values, corners, 0, DELMESH_FLOAT64, 1};
+    delmesh_mesh_desc desc = shape_desc(shape);
+    desc.layers = &layer;
+    desc.layer_count = 1;
+    assert_status(delmesh_mesh_create(of, &desc, in), of, DELMESH_OK);
+    free(values);
+    const delmesh_target target = {DELMESH_TARGET_RATIO, 0, 0.1};
+    delmesh_decimate_options options;
+    delmesh_decimate_options_init(&options, sizeof options);
+    options.map = 1;
+    options.precision = DELMESH_FLOAT64;
+    delmesh_mesh* level = NULL;
+    assert_status(delmesh_decimate(of, *in, &target, &options, &level, NULL, NULL), of, DELMESH_OK);
+    return level;
+}
+
+/* The integral of the squared difference between what a layer of corners says on a flat mesh and the function. */
+static double squares_of(const delmesh_mesh* mesh, const double* values) {
+    const delmesh_mesh_info info = info_of(mesh);
+    double(*places)[3] = malloc((size_t)info.vertices * sizeof *places);
+    int32_t* verts = malloc((size_t)info.corners * sizeof *verts);
+    const delmesh_view_mut to_places = {places, info.vertices, 0, DELMESH_FLOAT64, 3},
+                           to_verts = {verts, info.corners, 0, DELMESH_INT32, 1};
+    assert_status(delmesh_mesh_read(mesh, DELMESH_POSITION, &to_places), NULL, DELMESH_OK);
+    assert_status(delmesh_mesh_read(mesh, DELMESH_CORNER_VERT, &to_verts), NULL, DELMESH_OK);
+    double sum = 0;
+    enum { CUTS = 10 };
+    for (int64_t f = 0; f < info.faces; ++f) {
+        const double *a = places[verts[3 * f]], *b = places[verts[3 * f + 1]], *c = places[verts[3 * f + 2]];
+        const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        for (int i = 0; i < CUTS; ++i)
+            for (int j = 0; j < 2 * (CUTS - i) - 1; ++j) {
+                const double part = (1 + j % 2) / 3.0, u = (i + part) / CUTS, v = (j / 2 + part) / CUTS, w = 1 - u - v;
+                const double x[2] = {w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1]};
+                const double off = w * values[3 * f] + u * values[3 * f + 1] + v * values[3 * f + 2] - bump(x);
+                sum += area * off * off;
+            }
+    }
+    free(places), free(verts);
+    return sum;
+}
+
+static void fits_are_closer(void** state) {
+    (void)state;
+    Shape shape;
+    delmesh_mesh *in, *level = flat_level(context, &shape, &in);
+    const delmesh_mesh_info info = info_of(level);
+    const int64_t from = 3 * (int64_t)shape.faces;
+    double *layer = malloc((size_t)from * sizeof *layer), *mapped = malloc((size_t)info.corners * sizeof *mapped),
+           *fitted = malloc((size_t)info.corners * sizeof *fitted), *once_more = malloc((size_t)info.corners * sizeof *fitted);
+    for (int64_t c = 0; c < from; ++c) layer[c] = bump(&shape.positions[3 * shape.corners[c]]);
+    const delmesh_view source = {layer, from, 0, DELMESH_FLOAT64, 1};
+    const delmesh_view_mut to_mapped = {mapped, info.corners, 0, DELMESH_FLOAT64, 1},
+                           to_fitted = {fitted, info.corners, 0, DELMESH_FLOAT64, 1},
+                           to_once_more = {once_more, info.corners, 0, DELMESH_FLOAT64, 1};
+    assert_status(transfer(level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, source, to_mapped), context, DELMESH_OK);
+    assert_status(
+        delmesh_transfer_fitted(context, in, level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &source, &to_fitted), context,
+        DELMESH_OK);
+    const double before = squares_of(level, mapped), after = squares_of(level, fitted);
+    print_message("    squares %.4g, fitted %.4g\n", before, after);
+    assert_true(after < 0.5 * before);
+    /* It is the least: moving any vertex' value either way makes it worse, but for what lies between the points. On the boundary
+     * they are as they were. */
+    int32_t* verts = malloc((size_t)info.corners * sizeof *verts);
+    uint8_t* ends = calloc((size_t)info.vertices, 1);
+    int32_t* edges = malloc((size_t)info.edges * 2 * sizeof *edges);
+    int32_t* flags = malloc((size_t)info.edges * sizeof *flags);
+    const delmesh_view_mut to_verts = {verts, info.corners, 0, DELMESH_INT32, 1},
+                           to_edges = {edges, info.edges, 0, DELMESH_INT32, 2},
+                           to_flags = {flags, info.edges, 0, DELMESH_INT32, 1};
+    assert_status(delmesh_mesh_read(level, DELMESH_CORNER_VERT, &to_verts), NULL, DELMESH_OK);
+    assert_status(delmesh_mesh_read(level, DELMESH_EDGE_VERT, &to_edges), NULL, DELMESH_OK);
+    assert_status(delmesh_mesh_read(level, DELMESH_EDGE_FLAGS, &to_flags), NULL, DELMESH_OK);
+    for (int64_t e = 0; e < info.edges; ++e)
+        if (flags[e] & DELMESH_EDGE_BOUNDARY) ends[edges[2 * e]] = ends[edges[2 * e + 1]] = 1;
+    int inside = 0;
+    for (int32_t v = 0; v < info.vertices; ++v) {
+        if (!ends[v] && ++inside > 20) continue;
+        for (int way = -1; way < 2; way += 2) {
+            memcpy(once_more, fitted, (size_t)info.corners * sizeof *fitted);
+            for (int64_t c = 0; c < info.corners; ++c) {
+                if (verts[c] != v) continue;
+                if (ends[v]) assert_true(fitted[c] == mapped[c]);
+                once_more[c] += way * 0.01;
+            }
+            if (!ends[v]) assert_true(squares_of(level, once_more) > after);
+        }
+    }
+    assert_true(inside > 20);
+    /* Whatever the number of threads, and in a second run. */
+    Host other_host;
+    delmesh_context* other = host_context(&other_host, 1);
+    assert_status(
+        delmesh_transfer_fitted(other, in, level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &source, &to_once_more), other,
+        DELMESH_OK);
+    assert_memory_equal(once_more, fitted, (size_t)info.corners * sizeof *fitted);
+    delmesh_context_destroy(other);
+    assert_nothing_left(&other_host);
+    /* What is the same all over stays so bit for bit, and what is linear fits already. */
+    for (int64_t c = 0; c < from; ++c) layer[c] = 0.1;
+    assert_status(
+        delmesh_transfer_fitted(context, in, level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &source, &to_fitted), context,
+        DELMESH_OK);
+    for (int64_t c = 0; c < info.corners; ++c) assert_true(fitted[c] == 0.1);
+    for (int64_t c = 0; c < from; ++c) layer[c] = shape.positions[3 * shape.corners[c]];
+    assert_status(transfer(level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, source, to_mapped), context, DELMESH_OK);
+    assert_status(
+        delmesh_transfer_fitted(context, in, level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &source, &to_fitted), context,
+        DELMESH_OK);
+    for (int64_t c = 0; c < info.corners; ++c) /* the level's boundary is a little off the grid's */
+        assert_true(fabs(fitted[c] - mapped[c]) < 1e-3);
+    free(layer), free(mapped), free(fitted), free(once_more), free(verts), free(ends), free(edges), free(flags);
+    delmesh_mesh_destroy(level);
+    delmesh_mesh_destroy(in);
+    free_shape(&shape);
+}
+
+/* Values stay in their range, directions of length 1, borders and what is not finite as they were. */
+static void fits_of_every_kind(void** state) {
+    (void)state;
+    Shape shape;
+    delmesh_mesh *in, *level = flat_level(context, &shape, &in);
+    const delmesh_mesh_info info = info_of(level);
+    const int64_t from = 3 * (int64_t)shape.faces, to = info.corners;
+    const size_t room = (size_t)(from > to ? from : to);
+    uint8_t *greys = malloc(room), *grey = malloc(room), *grey_fitted = malloc(room);
+    for (int64_t c = 0; c < from; ++c) greys[c] = shape.positions[3 * shape.corners[c]] < 17 ? 3 : 250;
+    delmesh_view source = {greys, from, 0, DELMESH_UINT8, 1};
+    delmesh_view_mut target = {grey, to, 0, DELMESH_UINT8, 1}, fitted = {grey_fitted, to, 0, DELMESH_UINT8, 1};
+    assert_status(transfer(level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, source, target), context, DELMESH_OK);
+    assert_status(delmesh_transfer_fitted(context, in, level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &source, &fitted),
+                  context, DELMESH_OK);
+    int changed = 0;
+    for (int64_t c = 0; c < to; ++c) {
+        assert_true(grey_fitted[c] >= 3 && grey_fitted[c] <= 250);
+        changed += grey[c] != grey_fitted[c];
+    }
+    assert_true(changed > 0);
+    free(greys), free(grey), free(grey_fitted);
+
+    float *normals = malloc(room * 3 * sizeof *normals), *normal = malloc(room * 3 * sizeof *normals);
+    for (int64_t c = 0; c < from; ++c) {
+        const double turn = 0.1 * shape.positions[3 * shape.corners[c] + 1] * shape.positions[3 * shape.corners[c] + 1] / 10;
+        normals[3 * c] = (float)sin(turn), normals[3 * c + 1] = 0, normals[3 * c + 2] = (float)cos(turn);
+    }
+    source = (delmesh_view){normals, from, 0, DELMESH_FLOAT32, 3};
+    fitted = (delmesh_view_mut){normal, to, 0, DELMESH_FLOAT32, 3};
+    assert_status(
+        delmesh_transfer_fitted(context, in, level, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_DIRECTION, &source, &fitted), context,
+        DELMESH_OK);
+    for (int64_t c = 0; c < to; ++c) {
+        const float* n = &normal[3 * c];
+        assert_true(fabs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1.0) < 1e-6);
+    }
+
+    /* A value of its own on each face of the source: every vertex has several. And one that is none. */
+    for (int64_t c = 0; c < from; ++c) normals[c] = (float)(c / 3 % 97);
+    normals[0] = NAN;
+    source = (delmesh_view){normals, from, 0, DELMESH_FLOAT32, 1};
+    assert_status(transfer(in, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, source,
+                           (delmesh_view_mut){normal, from, 0, DELMESH_FLOAT32, 1}),
+                  context, DELMESH_OK);
+    assert_status(delmesh_transfer_fitted(context, in, in, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &source,
+                                          &(delmesh_view_mut){normal + from, from, 0, DELMESH_FLOAT32, 1}),
+                  context, DELMESH_OK);
+    assert_memory_equal(normal, normal + from, (size_t)from * sizeof *normal);
+    free(normals), free(normal);
+    delmesh_mesh_destroy(level);
+    delmesh_mesh_destroy(in);
+    free_shape(&shape);
+}
+
 /* ---- Refusals -------------------------------------------------------------------------------------------------------------- */
 
 static void expect(int32_t status, int32_t expected, const char* sentence) {
@@ -517,6 +712,43 @@ static void refused_layers(void** state) {
     delmesh_mesh_destroy(source);
 }
 
+static void refused_fits(void** state) {
+    (void)state;
+    Shape shape;
+    delmesh_mesh *in, *level = flat_level(context, &shape, &in), *polygons = polygon_mesh(), *source, *unmapped;
+    double t;
+    unmapped = split_triangle(&source, &t);
+    const int64_t from = info_of(in).vertices, to = info_of(level).vertices;
+    float *values = calloc((size_t)from, sizeof *values), *out = malloc((size_t)to * sizeof *out);
+    memset(out, 0x5a, (size_t)to * sizeof *out);
+    const delmesh_view good = {values, from, 0, DELMESH_FLOAT32, 1};
+    const delmesh_view_mut into = {out, to, 0, DELMESH_FLOAT32, 1};
+    enum { BAD = DELMESH_ERROR_INVALID_ARGUMENT };
+    expect(delmesh_transfer_fitted(context, NULL, level, 0, 0, &good, &into), BAD, "The argument 'in' was NULL.");
+    expect(delmesh_transfer_fitted(context, in, NULL, 0, 0, &good, &into), BAD, "The argument 'mesh' was NULL.");
+    expect(delmesh_transfer_fitted(context, in, level, 0, 0, NULL, &into), BAD, "The argument 'source' was NULL.");
+    expect(delmesh_transfer_fitted(context, in, level, 0, 0, &good, NULL), BAD, "The argument 'target' was NULL.");
+    expect(delmesh_transfer_fitted(context, in, level, 2, 0, &good, &into), BAD, "The argument 'domain' was 2, outside 0 to 1.");
+    expect(delmesh_transfer_fitted(context, in, level, 0, 1, &good, &into), BAD,
+           "The argument 'policy' was 1, and only DELMESH_TRANSFER_LINEAR and _DIRECTION can fit.");
+    expect(delmesh_transfer_fitted(context, source, unmapped, 0, 0, &good, &into), BAD,
+           "The argument 'mesh' had no map of its corners: it was made without 'map'.");
+    expect(delmesh_transfer_fitted(context, polygons, level, 0, 0, &good, &into), BAD,
+           "The argument 'in' had 5 vertices, 10 corners and 3 faces, and the source of 'mesh' had 1681, 9600 and 3200.");
+    delmesh_view view = good;
+    view.count = 3;
+    expect(delmesh_transfer_fitted(context, in, level, 0, 0, &view, &into), BAD,
+           "The view 'source' had 3 elements, and there were 1681 source vertices.");
+    for (size_t i = 0; i < (size_t)to * sizeof *out; ++i) assert_int_equal(((unsigned char*)out)[i], 0x5a);
+    free(values), free(out);
+    delmesh_mesh_destroy(unmapped);
+    delmesh_mesh_destroy(source);
+    delmesh_mesh_destroy(polygons);
+    delmesh_mesh_destroy(level);
+    delmesh_mesh_destroy(in);
+    free_shape(&shape);
+}
+
 static void refused_rows(void** state) {
     (void)state;
     delmesh_mesh *source, *mesh;
@@ -586,7 +818,10 @@ int main(void) {
         cmocka_unit_test(positions_through_the_maps),
         cmocka_unit_test(rows_are_merged_limited_and_normalised),
         cmocka_unit_test(rows_against_a_table),
+        cmocka_unit_test(fits_are_closer),
+        cmocka_unit_test(fits_of_every_kind),
         cmocka_unit_test(refused_layers),
+        cmocka_unit_test(refused_fits),
         cmocka_unit_test(refused_rows),
     };
     return cmocka_run_group_tests_name("transfer", tests, set_up, tear_down);

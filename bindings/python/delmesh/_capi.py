@@ -250,7 +250,8 @@ class delmesh_api(C.Structure):
         ("distance_report_init", C.c_void_p), ("measure_distance", C.c_void_p), ("preserve_estimate_init", C.c_void_p),
         ("estimate_preserve", C.c_void_p), ("decimate_options_init", C.c_void_p), ("level_report_init", C.c_void_p),
         ("decimate_report_init", C.c_void_p), ("lod_family", C.c_void_p), ("decimate", C.c_void_p), ("layer_init", C.c_void_p),
-        ("mesh_layer_borders", C.c_void_p), ("transfer", C.c_void_p), ("transfer_sparse", C.c_void_p)]
+        ("mesh_layer_borders", C.c_void_p), ("transfer", C.c_void_p), ("transfer_sparse", C.c_void_p),
+        ("transfer_fitted", C.c_void_p)]
 
 
 STRUCTS = (delmesh_view, delmesh_view_mut, delmesh_context_options, delmesh_layer, delmesh_mesh_desc, delmesh_mesh_info,
@@ -292,6 +293,8 @@ PROTOTYPES = {
     "delmesh_decimate": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_target), C.POINTER(delmesh_decimate_options),
         C.POINTER(C.c_void_p), C.POINTER(delmesh_level_report), C.POINTER(delmesh_decimate_report)),
     "delmesh_transfer": (C.c_int32, C.c_void_p, C.c_void_p, C.c_int32, C.c_int32, C.POINTER(delmesh_view),
+        C.POINTER(delmesh_view_mut)),
+    "delmesh_transfer_fitted": (C.c_int32, C.c_void_p, C.c_void_p, C.c_void_p, C.c_int32, C.c_int32, C.POINTER(delmesh_view),
         C.POINTER(delmesh_view_mut)),
     "delmesh_transfer_sparse": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_rows), C.c_int32, C.c_int32,
         C.POINTER(delmesh_rows_mut)),
