@@ -65,6 +65,11 @@ bool carry_spread(MeshFile* file, Failure* failure) {
     return true;
 }
 
+/* Of values, in decimation. */
+static double weight_of(const Carry* carry, const Layer* layer) {
+    return layer->kind == kLayerUv ? carry->uv_weight : layer->kind == kLayerNormal ? carry->normal_weight : 0;
+}
+
 bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, Failure* failure) {
     static const int32_t kinds[] = {DELMESH_LAYER_UV,       DELMESH_LAYER_NORMAL,   DELMESH_LAYER_COLOR,   DELMESH_LAYER_MATERIAL,
                                     DELMESH_LAYER_FACE_SET, DELMESH_LAYER_FACE_SET, DELMESH_LAYER_FACE_SET};
@@ -74,10 +79,12 @@ bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, 
     if (!out->views || !out->from) return fail_memory(failure);
     for (int32_t i = 0; i < file->layers.count && out->count < 64; ++i) {
         const Layer* layer = &file->layers.items[i];
-        if (layer->kind == kLayerOther || !carry->kept[layer->kind]) continue;
+        const double weight = weight_of(carry, layer);
+        if (layer->kind == kLayerOther || (!carry->kept[layer->kind] && weight == 0)) continue;
         if (!layer_is_id(layer) && layer->domain == DELMESH_DOMAIN_FACE) continue;
         if (layer->domain == DELMESH_DOMAIN_VERTEX) {
-            if (layer->kind != kLayerUv) continue; /* it jumps nowhere; of UVs the library has to know where they are flat */
+            /* It jumps nowhere; of UVs the library has to know where they are flat. */
+            if (layer->kind != kLayerUv && weight == 0) continue;
             Layer corners;
             if (!layer_to_corners(layer, file->corner_verts, file->corner_count, &corners)) {
                 layer_free(&corners);
@@ -89,8 +96,8 @@ bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, 
         delmesh_layer* view = &out->views[out->count];
         delmesh_layer_init(view, sizeof *view);
         view->kind = kinds[layer->kind];
-        view->border = DELMESH_BORDER_KEEP;
-        if (layer->kind == kLayerUv) view->weight = carry->uv_weight;
+        view->border = carry->kept[layer->kind] ? DELMESH_BORDER_KEEP : DELMESH_BORDER_FREE;
+        view->weight = weight;
         view->values = view_of(layer);
         out->from[out->count++] = i;
     }
@@ -106,19 +113,25 @@ void carry_layers_free(CarryLayers* layers) {
 
 /* ---- Out of it */
 
-bool carry_needs_map(const Carry* carry, const MeshFile* source, const char* out_path) {
-    const MeshFormat format = mesh_format_of_name(out_path, NULL);
-    bool corners = false;
-    for (int32_t i = 0; i < source->layers.count; ++i)
-        corners |=
-            source->layers.items[i].domain == DELMESH_DOMAIN_CORNER && !mesh_format_refuses(format, &source->layers.items[i]);
-    return corners && !carry->bare;
-}
-
 static int32_t policy_of(const Layer* layer) {
     const bool real = layer->type == DELMESH_FLOAT32 || layer->type == DELMESH_FLOAT64;
     if (layer->kind == kLayerNormal && real) return DELMESH_TRANSFER_DIRECTION;
     return real || layer->kind == kLayerColor ? DELMESH_TRANSFER_LINEAR : DELMESH_TRANSFER_NEAREST;
+}
+
+/* What is interpolated at vertices and corners can fit. */
+static bool is_fitted(const Carry* carry, const Layer* layer) {
+    return carry->fit && layer->domain != DELMESH_DOMAIN_FACE && policy_of(layer) != DELMESH_TRANSFER_NEAREST;
+}
+
+bool carry_needs_map(const Carry* carry, const MeshFile* source, const char* out_path) {
+    const MeshFormat format = mesh_format_of_name(out_path, NULL);
+    bool needed = false;
+    for (int32_t i = 0; i < source->layers.count; ++i) {
+        const Layer* layer = &source->layers.items[i];
+        needed |= (layer->domain == DELMESH_DOMAIN_CORNER || is_fitted(carry, layer)) && !mesh_format_refuses(format, layer);
+    }
+    return needed && !carry->bare;
 }
 
 /* The folder of a path without links in it; NULL where there is none. */
@@ -201,8 +214,9 @@ static bool copy_names(const Names* from, Names* to) {
     return true;
 }
 
-int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* mesh, const delmesh_mesh_info* info,
-                   const MeshFile* source, const char* in_path, const char* out_path, MeshFile* out, Failure* failure) {
+int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* in, const delmesh_mesh* mesh,
+                   const delmesh_mesh_info* info, const MeshFile* source, const char* in_path, const char* out_path,
+                   MeshFile* out, Failure* failure) {
     if (carry->bare) return DELMESH_OK;
     const MeshFormat format = mesh_format_of_name(out_path, NULL);
     const int64_t counts[] = {info->vertices, info->corners, info->faces};
@@ -221,7 +235,11 @@ int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* m
         to.count = ok ? counts[from->domain] : 0;
         const delmesh_view values = view_of(from);
         const delmesh_view_mut target = {to.values, to.count, 0, to.type, to.components};
-        const int32_t status = ok ? delmesh_transfer(context, mesh, from->domain, policy_of(from), &values, &target) : DELMESH_OK;
+        const int32_t policy = policy_of(from);
+        const int32_t status = !ok ? DELMESH_OK
+                               : is_fitted(carry, from)
+                                   ? delmesh_transfer_fitted(context, in, mesh, from->domain, policy, &values, &target)
+                                   : delmesh_transfer(context, mesh, from->domain, policy, &values, &target);
         if (status != DELMESH_OK) {
             layer_free(&to);
             return status;

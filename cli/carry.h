@@ -13,9 +13,10 @@
 typedef struct Carry {
     const char *keep, *release; /* as given: kinds with commas between */
     bool bare;
-    bool kept[kLayerKinds]; /* whether the borders of that kind stay */
-    double uv_weight;       /* of kept UVs in decimation */
-    Names lost;             /* in words */
+    bool kept[kLayerKinds];          /* whether the borders of that kind stay */
+    double uv_weight, normal_weight; /* in decimation */
+    bool fit;                        /* layers that are interpolated fit all over the surface */
+    Names lost;                      /* in words */
 } Carry;
 
 /* Of commands that write meshes. */
@@ -43,10 +44,11 @@ bool carry_spread(MeshFile* file, Failure* failure);
 
 /* Whether a result must have a map of its corners, for what files of this name hold. */
 bool carry_needs_map(const Carry* carry, const MeshFile* source, const char* out_path);
-/* Fills out->layers and out->libraries, of a mesh made from that of `source`, read from `in_path`, as the file `out_path` holds
+/* Fills out->layers and out->libraries, of a mesh made from `in`, that of `source`, read from `in_path`, as the file `out_path` holds
  * them. Returns a status of the library, of which the sentence is in its context; or DELMESH_OK with *failure. */
-int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* mesh, const delmesh_mesh_info* info,
-                   const MeshFile* source, const char* in_path, const char* out_path, MeshFile* out, Failure* failure);
+int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* in, const delmesh_mesh* mesh,
+                   const delmesh_mesh_info* info, const MeshFile* source, const char* in_path, const char* out_path,
+                   MeshFile* out, Failure* failure);
 /* The name of a file, as it stands in one folder, from that of `out_path`; to be freed. NULL: no memory. */
 char* carry_library(const char* name, const char* in_path, const char* out_path);
 

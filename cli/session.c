@@ -141,8 +141,8 @@ bool session_export(Session* session, const delmesh_mesh* mesh, const Loaded* lo
            session_check(session, delmesh_mesh_read(mesh, DELMESH_POSITION, &positions), loaded->path) &&
            session_check(session, delmesh_mesh_read(mesh, DELMESH_CORNER_VERT, &corners), loaded->path) &&
            session_check(session,
-                         carry_over(&session->carry, session->context, mesh, &info, &loaded->file, loaded->path, path, out,
-                                    &session->failure),
+                         carry_over(&session->carry, session->context, loaded->mesh, mesh, &info, &loaded->file, loaded->path,
+                                    path, out, &session->failure),
                          loaded->path) &&
            !session->failure.status;
 }

@@ -361,6 +361,56 @@ class Lod(AttributesTest):
         self.assertGreater(most["1"], 0.7)
         self.run_command("lod", path, self.folder / "bump", "--ratios", "0.1", "--uv-weight", "-1", status=2)
 
+    def test_normal_weight(self):
+        side = range(9)  # flat: only the shading has a bump, in the middle
+        points = [f"v {x} {y} 0" for y in side for x in side]
+        lines = points + ["vn 0 0 1", "vn 1 0 0"]
+        header = ["ply", "format ascii 1.0", "element vertex 81"] + [f"property float {name}" for name in "x y z nx ny nz".split()]
+        header += ["element face 64", "property list uchar int vertex_indices", "end_header"]
+        faces = [[9 * y + x, 9 * y + x + 1, 9 * y + x + 10, 9 * y + x + 9] for y in side[:-1] for x in side[:-1]]
+        lines += ["f " + " ".join(f"{v + 1}//{2 if v == 40 else 1}" for v in face) for face in faces]
+        rows = [f"{point[2:]} {'1 0 0' if v == 40 else '0 0 1'}" for v, point in enumerate(points)]
+        rows += [" ".join(map(str, [4] + face)) for face in faces]
+        for path in (self.file("bump.obj", "\n".join(lines) + "\n"),  # normals of corners, and of vertices
+                     self.file("bump.ply", "\n".join(header + rows) + "\n")):
+            most = {}
+            for weight in ("0", "1"):
+                got = self.json_of("lod", path, self.folder / "bump", "--ratios", "0.1", "--suffix", "obj", "--no-measure",
+                                   "--normal-weight", weight)
+                mesh = Mesh(Path(got["levels"][-1]["file"]).read_text())
+                most[weight] = max(float(normal[0]) for face in mesh.faces for _, _, normal in face)
+            self.assertLess(most["0"], 0.5)
+            self.assertGreater(most["1"], 0.7)
+
+    def test_fit(self):
+        side, corners = range(17), []
+        lines = [f"v {x} {y} 0" for y in side for x in side]
+        lines += [f"vt {(x / 16) ** 2:.6f} {(y / 16) ** 3:.6f}" for y in side for x in side]
+        for y in side[:-1]:
+            for x in side[:-1]:
+                corners.append([17 * y + x + 1, 17 * y + x + 2, 17 * y + x + 19, 17 * y + x + 18])
+        path = self.file("bent.obj", "\n".join(lines + ["f " + " ".join(f"{v}/{v}" for v in face) for face in corners]) + "\n")
+
+        def squares(mesh):
+            total = 0
+            for face in mesh.faces:
+                a, b, c = (mesh.points[v] for v, _, _ in face)
+                area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+                for u, v in ((i / 8, j / 8) for i in range(1, 8) for j in range(1, 8 - i)):
+                    w = (1 - u - v, u, v)
+                    x, y = (sum(w[k] * mesh.points[face[k][0]][d] for k in range(3)) / 16 for d in range(2))
+                    s, t = (sum(w[k] * face[k][1][d] for k in range(3)) for d in range(2))
+                    total += area * ((s - x * x) ** 2 + (t - y * y * y) ** 2)
+            return total
+
+        made = []
+        for words in ([], ["--fit"]):
+            got = self.json_of("lod", path, self.folder / "bent", "--ratios", "0.1", "--suffix", "obj", "--no-measure",
+                               "--uv-weight", "1", *words)
+            made.append(Mesh(Path(got["levels"][-1]["file"]).read_text()))
+        self.assertEqual(made[0].points, made[1].points)
+        self.assertLess(squares(made[1]), 0.7 * squares(made[0]))
+
 
 class Memory(AttributesTest):
     def test_all_or_nothing(self):
