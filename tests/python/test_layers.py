@@ -186,6 +186,36 @@ class Carrying(unittest.TestCase):
         with self.assertRaisesRegex(delmesh.InvalidArgument, "2\\^63 or more"):
             r.mesh.transfer(np.full(len(self.points), 2**64 - 1, np.uint64), domain="vertex")
 
+    def test_fit(self):
+        grid = np.arange(21.0)
+        x, y = (each.ravel() for each in np.meshgrid(grid, grid))
+        points = np.stack([x, y, 0 * x], axis=1)
+        first = (np.arange(20)[:, None] * 21 + np.arange(20)).reshape(-1, 1)
+        faces = first + np.array([0, 1, 22, 21])
+        values = np.stack([np.sin(x / 4), np.cos(y / 5)], axis=1)
+        source = delmesh.Mesh(points, faces)
+
+        def error(r, at_corners):
+            w = np.array([(1 - i / 6 - j / 6, i / 6, j / 6) for i in range(1, 6) for j in range(1, 6 - i)])
+            at = np.einsum("nk,fkd->fnd", w, r.vertices[r.faces].astype(float))
+            off = np.einsum("nk,fkd->fnd", w, at_corners) - np.stack([np.sin(at[..., 0] / 4), np.cos(at[..., 1] / 5)], axis=-1)
+            a, b, c = np.swapaxes(r.vertices[r.faces].astype(float), 0, 1)
+            return (np.cross(b - a, c - a)[:, 2] * (off**2).sum(axis=(1, 2))).sum()
+
+        layers = {"plain": Layer(values, weight=1), "at vertices": Layer(values, fit=True), "at corners": Layer(values[faces], fit=True)}
+        r = delmesh.decimate(source.vertices, faces, ratio=0.1, layers=layers)
+        plain = error(r, r.layers["plain"][r.faces])
+        self.assertLess(error(r, r.layers["at vertices"][r.faces]), 0.6 * plain)
+        np.testing.assert_allclose(r.layers["at corners"], r.layers["at vertices"][r.faces], atol=1e-12)
+        again = r.mesh.transfer(values, domain="vertex", fit=delmesh.Mesh(points, faces))
+        np.testing.assert_array_equal(again, r.layers["at vertices"])
+        with self.assertRaisesRegex(delmesh.InvalidArgument, "had no map of its corners"):
+            delmesh.decimate(points, faces, ratio=0.1, layers={"v": Layer(values, fit=True)}, map=False)
+        with self.assertRaisesRegex(delmesh.InvalidArgument, "only DELMESH_TRANSFER_LINEAR and _DIRECTION can fit"):
+            delmesh.decimate(points, faces, ratio=0.1, layers={"id": Layer(np.arange(len(x)), domain="vertex", fit=True)})
+        with self.assertRaisesRegex(delmesh.InvalidArgument, "'domain' was 2, outside 0 to 1"):
+            r.mesh.transfer(np.ones(len(faces)), domain="face", fit=source)
+
     def test_nothing_at_all(self):
         mesh = delmesh.Mesh(np.empty((0, 3)), [], layers={"uv": Layer(np.empty((0, 2)), domain="corner")})
         self.assertEqual(mesh.layers["uv"].shape, (0, 2))

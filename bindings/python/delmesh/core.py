@@ -339,7 +339,7 @@ class Mesh:
 
     def _carry(self, context, source, cancel):
         """Gets the layers of the mesh that this one was made of, now: the caller may change their arrays afterwards."""
-        self._sources = _layers.carry(context, self, source._sources, cancel)
+        self._sources = _layers.carry(context, source, self, source._sources, cancel)
 
     def _adopt(self, context, pointer):
         library = context._library
@@ -465,7 +465,7 @@ class Mesh:
     @property
     def layers(self) -> Mapping[str, np.ndarray]:
         """{name: array}: the layers of the source at the vertices, corners, faces or edges of this mesh, in the same types."""
-        own = self._sources if self._numbers is None else _layers.carry(self._own_context(), self, self._sources)
+        own = self._sources if self._numbers is None else _layers.carry(self._own_context(), self, self, self._sources)
         return MappingProxyType(_layers.shown(own))
 
     @property
@@ -479,12 +479,13 @@ class Mesh:
         return borders
 
     def transfer(self, values, *, domain: _layers.Domain, policy: _layers.Policy = "linear", cancel: CancelToken | None = None,
-                 context: Context | None = None) -> np.ndarray:
+                 context: Context | None = None, fit: Mesh | None = None) -> np.ndarray:
         """(n, ...) values at the vertices, corners, faces or edges of the source -> those of this mesh, of the same type. What
-        layers do, for values that come later. Corners and edges need map=True."""
+        layers do, for values that come later. Corners and edges need map=True. fit: the source; values of vertices or corners then
+        fit all over the surface and not only at the vertices (Layer.fit)."""
         _choices.number("The argument 'domain'", domain, _layers.DOMAINS)
         _choices.number("The argument 'policy'", policy, _layers.POLICIES)
-        return _layers.transfer(context or self._own_context(), self, np.asarray(values), domain, policy, cancel)
+        return _layers.transfer(context or self._own_context(), self, np.asarray(values), domain, policy, cancel, fit)
 
     def _own_context(self):
         return Context(threads=self._threads, library=self._handle.native)

@@ -38,6 +38,8 @@ class Layer:
     tolerance         values that differ by no more in each component are the same
     affine_tolerance  of UVs, in their units: how far the texture may move on flat places; None: 1e-5 of their range
     weight   decimation: how much an error of this layer counts
+    fit      values of vertices or corners, "linear" or "direction": results have those that fit all over the surface, in the mean of
+             squares, instead of those at the vertices' places; borders and boundaries keep theirs
     policy   "linear", "nearest", "direction" (of length 1) or "weights" (that sum to 1); None: "direction" for normals, "nearest"
              for materials, face sets, booleans and integers that are no colours, else "linear"
     """
@@ -50,6 +52,7 @@ class Layer:
     affine_tolerance: float | None = None
     weight: float = 0.0
     policy: Policy | None = None
+    fit: bool = False
 
     def __post_init__(self):
         for name, choices in (("domain", DOMAINS), ("kind", KINDS), ("border", BORDERS), ("policy", POLICIES)):
@@ -171,16 +174,17 @@ def _carried(array):
     return array.astype(np.int32 if size < 4 and (kind, size) != ("u", 1) else array.dtype.newbyteorder("="), copy=False)
 
 
-def transfer(context, mesh, values, domain, policy, cancel=None):
-    """(n, ...) values of the source -> the same type and further dimensions at the elements of `mesh`."""
+def transfer(context, mesh, values, domain, policy, cancel=None, fit=None):
+    """(n, ...) values of the source -> the same type and further dimensions at the elements of `mesh`. fit: None, or the source."""
     count = {"vertex": mesh.info.vertices, "corner": mesh.info.corners, "face": mesh.info.faces, "edge": mesh.info.edges}[domain]
     source = _carried(values)
     if values.dtype == np.uint64 and policy == "linear" and len(values) and values.max() > np.iinfo(np.int64).max:
         raise InvalidArgument("The values held a number of 2^63 or more, which can be carried with the policy 'nearest' only.")
     target = np.empty((count, *values.shape[1:]), source.dtype)
     view, kept = _arrays.rows_view(source)
-    context._call(context._library.transfer, mesh._handle.pointer, DOMAINS[domain], POLICIES[policy], view,
-                  _arrays.rows_view_mut(target), cancel=cancel)
+    call, meshes = (context._library.transfer, []) if fit is None else (context._library.transfer_fitted, [fit._handle.pointer])
+    context._call(call, *meshes, mesh._handle.pointer, DOMAINS[domain], POLICIES[policy], view, _arrays.rows_view_mut(target),
+                  cancel=cancel)
     del kept
     if target.dtype == values.dtype:
         return target
@@ -189,9 +193,10 @@ def transfer(context, mesh, values, domain, policy, cancel=None):
     return target.astype(values.dtype)
 
 
-def carry(context, mesh, layers, cancel=None):
-    """{name: Resolved} of the source -> the same for `mesh`."""
-    return {name: resolved._replace(array=transfer(context, mesh, resolved.array, resolved.domain, resolved.policy, cancel))
+def carry(context, source, mesh, layers, cancel=None):
+    """{name: Resolved} of the mesh `source` -> the same for `mesh`, which was made from it."""
+    return {name: resolved._replace(array=transfer(context, mesh, resolved.array, resolved.domain, resolved.policy, cancel,
+                                                   source if resolved.layer.fit else None))
             for name, resolved in layers.items()}
 
 
