@@ -2,9 +2,12 @@
  *
  * bench_attributes.cpp: how well textures and normals stay where they were when a mesh is decimated, beside meshoptimizer's
  * meshopt_simplifyWithAttributes where its source is there.
- *     bench_attributes [--ratio R] [--uv-weight W] [--normal-weight W] [--peer-uv-weight W] [--peer-normal-weight W] FILE...
+ *     bench_attributes [--ratio R] [--preserve 1] [--fit 1] [--uv-weight W] [--normal-weight W] [--peer-uv-weight W]
+ *                      [--peer-normal-weight W] FILE...
  * Files need UVs at their corners; normals are the source's smooth ones, weighted by area, and a layer like any other. Both go to the
  * same number of triangles: the peer to what the library left. Its vertices are split where UVs jump, as it wants them.
+ * --preserve: the mesh is made Delaunay by splits and not by flips; --fit: layers come by delmesh_transfer_fitted. The last row is the
+ * peer's function that also moves vertices and their values, meshopt_simplifyWithUpdate, if it is one that has it.
  * A peer's UV weight below 0 is what its README proposes: that times -1 over the root of the mean area of a triangle in UVs.
  *
  * What is measured: points spread evenly over one surface, the closest point of the other, and the root of the mean square of the
@@ -50,7 +53,7 @@ Vec cross(const Vec& a, const Vec& b) {
 }
 
 struct Settings {
-    double ratio = 0.1, uv_weight = 0, normal_weight = 0, peer_uv_weight = -1, peer_normal_weight = 0, preserve = 0;
+    double ratio = 0.1, uv_weight = 0, normal_weight = 0, peer_uv_weight = -1, peer_normal_weight = 0, preserve = 0, fit = 0;
     int64_t samples = 100000;
 };
 
@@ -369,9 +372,15 @@ Textured decimate(const Textured& source, const Settings& settings) {
                            normals = {level.normals.data(), info.corners, 0, DELMESH_FLOAT32, 3};
     check(delmesh_mesh_read(out, DELMESH_POSITION, &positions), context);
     check(delmesh_mesh_read(out, DELMESH_CORNER_VERT, &verts), context);
-    check(delmesh_transfer(context, out, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_LINEAR, &layers[0].values, &uv), context);
-    check(delmesh_transfer(context, out, DELMESH_DOMAIN_CORNER, DELMESH_TRANSFER_DIRECTION, &layers[1].values, &normals),
-          context);
+    const auto carry = [&](const delmesh_view& from, int32_t policy, const delmesh_view_mut& to) {
+        check(settings.fit != 0 ? delmesh_transfer_fitted(context, in, out, DELMESH_DOMAIN_CORNER, policy, &from, &to)
+                                : delmesh_transfer(context, out, DELMESH_DOMAIN_CORNER, policy, &from, &to),
+              context);
+    };
+    const auto begin = std::chrono::steady_clock::now();
+    carry(layers[0].values, DELMESH_TRANSFER_LINEAR, uv);
+    carry(layers[1].values, DELMESH_TRANSFER_DIRECTION, normals);
+    if (settings.fit != 0) level.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     delmesh_mesh_destroy(out);
     delmesh_mesh_destroy(in);
     delmesh_context_destroy(context);
@@ -390,10 +399,11 @@ double uv_scale(const Textured& mesh) { /* as its README proposes */
     return 1 / std::sqrt(area / mesh.faces());
 }
 
-Textured simplify(const Textured& source, int64_t faces, const Settings& settings) {
+/* update: also moves vertices and their values. */
+Textured simplify(const Textured& source, int64_t faces, const Settings& settings, bool update) {
     std::vector<int32_t> first;
     const std::vector<int32_t> split = source.split(&first);
-    const std::vector<unsigned> indices(split.begin(), split.end());
+    std::vector<unsigned> indices(split.begin(), split.end());
     std::vector<float> positions, attributes;
     for (const int32_t c : first) {
         for (const double x : source.at(c)) positions.push_back(float(x));
@@ -403,19 +413,26 @@ Textured simplify(const Textured& source, int64_t faces, const Settings& setting
     const float normal = float(settings.peer_normal_weight);
     const float uv = float(settings.peer_uv_weight < 0 ? -settings.peer_uv_weight * uv_scale(source) : settings.peer_uv_weight);
     const float weights[5] = {normal, normal, normal, uv, uv};
-    std::vector<unsigned> result(indices.size());
+    const size_t target = size_t(3 * faces), position = 3 * sizeof(float), attribute = 5 * sizeof(float);
     const auto begin = std::chrono::steady_clock::now();
-    result.resize(meshopt_simplifyWithAttributes(result.data(), indices.data(), indices.size(), positions.data(), first.size(),
-                                                 3 * sizeof(float), attributes.data(), 5 * sizeof(float), weights, 5, nullptr,
-                                                 size_t(3 * faces), FLT_MAX, 0, nullptr));
+#if MESHOPTIMIZER_VERSION >= 1000
+    if (update)
+        indices.resize(meshopt_simplifyWithUpdate(indices.data(), indices.size(), positions.data(), first.size(), position,
+                                                  attributes.data(), attribute, weights, 5, nullptr, target, FLT_MAX, 0,
+                                                  nullptr));
+#endif
+    if (!update)
+        indices.resize(meshopt_simplifyWithAttributes(indices.data(), indices.data(), indices.size(), positions.data(),
+                                                      first.size(), position, attributes.data(), attribute, weights, 5, nullptr,
+                                                      target, FLT_MAX, 0, nullptr));
     Textured level;
     level.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    level.positions = source.positions;
-    for (const unsigned v : result) {
-        const size_t c = size_t(first[v]);
-        level.corners.push_back(source.corners[c]);
-        level.uv.insert(level.uv.end(), &source.uv[2 * c], &source.uv[2 * c] + 2);
-        level.normals.insert(level.normals.end(), &source.normals[3 * c], &source.normals[3 * c] + 3);
+    level.positions = positions;
+    for (const unsigned v : indices) {
+        const float* const values = &attributes[5 * size_t(v)];
+        level.corners.push_back(int32_t(v));
+        level.normals.insert(level.normals.end(), values, values + 3);
+        level.uv.insert(level.uv.end(), values + 3, values + 5);
     }
     return level;
 }
@@ -439,7 +456,10 @@ void bench_file(const char* path, const Settings& settings) {
     const Textured source = read(path), level = decimate(source, settings);
     print_row(name, source, level, settings);
 #ifdef BENCH_MESHOPT
-    print_row("  meshoptimizer", source, simplify(source, level.faces(), settings), settings);
+    print_row("  meshoptimizer", source, simplify(source, level.faces(), settings, false), settings);
+#if MESHOPTIMIZER_VERSION >= 1000
+    print_row("  with update", source, simplify(source, level.faces(), settings, true), settings);
+#endif
 #endif
 }
 
@@ -449,6 +469,7 @@ int main(int argc, char** argv) {
     Settings settings;
     const std::map<std::string, double*> options = {{"--ratio", &settings.ratio},
                                                     {"--preserve", &settings.preserve},
+                                                    {"--fit", &settings.fit},
                                                     {"--uv-weight", &settings.uv_weight},
                                                     {"--normal-weight", &settings.normal_weight},
                                                     {"--peer-uv-weight", &settings.peer_uv_weight},
@@ -456,8 +477,8 @@ int main(int argc, char** argv) {
     int at = 1;
     for (; at + 1 < argc && options.count(argv[at]) != 0; at += 2) *options.at(argv[at]) = std::atof(argv[at + 1]);
     if (at >= argc || argv[at][0] == '-') {
-        std::fprintf(stderr, "usage: bench_attributes [--ratio R] [--uv-weight W] [--normal-weight W] [--peer-uv-weight W] "
-                             "[--peer-normal-weight W] FILE...\n");
+        std::fprintf(stderr, "usage: bench_attributes [--ratio R] [--preserve 1] [--fit 1] [--uv-weight W] [--normal-weight W] "
+                             "[--peer-uv-weight W] [--peer-normal-weight W] FILE...\n");
         return 2;
     }
     std::printf("%-22s %8s | %9s %9s %7s %7s | %9s %9s %7s %7s | %6s\n", "to the source, and back", "left", "UV RMS", "most",
