@@ -2,7 +2,8 @@
  *
  * read_off.c: OFF, COFF, NOFF, STOFF and their combinations, text and binary. Behind the three coordinates of a vertex stand its
  * normal, colour and texture coordinates, in that order, as far as the keyword announces them; where the line has fewer numbers,
- * the vertex has none. What follows the corners of a face on its line is not read. Comments run from # to the end.
+ * the vertex has none. What follows the corners of a face on its line, its colour, and what follows a vertex unannounced, is not
+ * read, and said to be left out. Comments run from # to the end.
  *
  * Binary files are big-endian by the format's description, with colours behind each face; others write them little-endian and
  * without. The byte order is the one in which the counts fit the file; the faces are walked once to see if they have colours.
@@ -16,6 +17,7 @@
 
 typedef struct Header {
     bool binary, colours, normals, texture;
+    bool more_of_vertices, more_of_faces; /* that is not read */
     int64_t vertices, faces;
     Layer normal, color, uv;
 } Header;
@@ -63,8 +65,22 @@ static bool settle_colors(Reader* reader, Layer* color) {
     return true;
 }
 
+/* Over the rest of a line; whether there was anything. */
+static bool skip_rest(Text* t) {
+    text_skip_blanks(t);
+    const bool more = !text_at_break(t) && *t->at != '#';
+    text_skip_line(t);
+    return more;
+}
+
+static bool leave_out(Reader* reader, bool more, const char* what) {
+    return !more || reader_leave_out(reader, what, strlen(what));
+}
+
 static bool add_layers(Reader* reader, Header* header) {
     Layer* layers[] = {&header->normal, &header->color, &header->uv};
+    if (!leave_out(reader, header->more_of_vertices, "what follows the coordinates")) return false;
+    if (!leave_out(reader, header->more_of_faces, "color of faces")) return false;
     if (!settle_colors(reader, &header->color)) return false;
     for (size_t i = 0; i < sizeof layers / sizeof *layers; ++i)
         if (layers[i]->count > 0 && !reader_add_layer(reader, layers[i])) return false;
@@ -155,6 +171,7 @@ static bool read_text(Reader* reader, Header* header) {
     if (!check_counts(reader, header, 6, 2)) return false;
     if (!reader_reserve(reader, header->vertices, header->faces, 3 * header->faces)) return false;
 
+    const bool announced = header->normals || header->colours || header->texture;
     for (int64_t v = 0; v < header->vertices; ++v) {
         double position[3];
         for (int k = 0; k < 3; ++k) {
@@ -168,12 +185,12 @@ static bool read_text(Reader* reader, Header* header) {
         }
         double extras[kMostExtras + 1];
         int32_t count = 0;
-        for (; (header->normals || header->colours || header->texture) && count <= kMostExtras; ++count) {
+        for (; announced && count <= kMostExtras; ++count) {
             text_skip_blanks(t);
             if (!text_scan_double(&t->at, &extras[count]) || !isfinite(extras[count])) break;
         }
         if (v == 0 && count == 3 + 3 * header->normals + 2 * header->texture) header->color.components = 3;
-        text_skip_line(t);
+        header->more_of_vertices |= skip_rest(t) && !announced;
         if (!put_extras(reader, header, v, extras, count) || !reader_add_vertex(reader, position)) return false;
     }
     for (int64_t f = 0; f < header->faces; ++f) {
@@ -194,7 +211,7 @@ static bool read_text(Reader* reader, Header* header) {
                                    (long long)index, (long long)header->vertices);
             if (!reader_add_corner(reader, index, reader_place(reader, t))) return false;
         }
-        text_skip_line(t);
+        header->more_of_faces |= skip_rest(t);
         if (!reader_close_face(reader)) return false;
     }
     return true;
@@ -271,6 +288,7 @@ static bool read_binary(Reader* reader, Header* header) {
             if (reader_left(reader) < 4 || components > (int64_t)(reader_left(reader) - 4) / 4)
                 return reader_fail(reader, "the file ended in the colour of face %lld", (long long)f);
             t->at += 4 + 4 * components;
+            header->more_of_faces |= components > 0;
         }
         if (!reader_close_face(reader)) return false;
     }

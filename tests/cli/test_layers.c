@@ -163,7 +163,9 @@ static void test_off(void** state) {
                "color vertex text: 1 0 0 1|0.5 0 0 0.25|1 1 1 1");
     check_read("a.off", "STCNOFF\n3 1 0\n0 0 0 0 0 1 9 8 7 0.5 1\n1 0 0 0 1 0 6 5 4 2 3\n0 1 0 1 0 0 3 2 1 # 4\n3 0 1 2\n",
                "normal vertex text: 0 0 1|0 1 0|- - -; color vertex u8: 9 8 7|6 5 4|255 255 255; uv vertex text: 0.5 1|2 3|- -");
-    check_read("a.off", "OFF\n3 1 0\n0 0 0 255 0 9\n1 0 0 1 2 3\n0 1 0\n3 0 1 2 1 0 0\n", "");
+    check_read("a.off", "OFF\n3 1 0\n0 0 0 255 0 9\n1 0 0 1 2 3\n0 1 0\n3 0 1 2 1 0 0\n",
+               "; without what follows the coordinates; without color of faces");
+    check_read("a.off", "OFF\n3 2 0\n0 0 0 # 1\n1 0 0 \n0 1 0\n3 0 1 2\t# 1 0 0\n3 0 2 1", "");
 }
 
 /* Writes, reads back. */
