@@ -16,7 +16,8 @@ static bool parse(const char* path, Text text, bool positive, Numbers* out, Fail
         const Text word = text;
         double value;
         const char* wanted = positive ? "a number over 0" : "a number";
-        if (!text_scan_double(&text.at, &value) || !text_at_break(&text) || !isfinite(value) || (positive && !(value > 0)))
+        if (!text_scan_double(&text.at, &value) || !(text_at_break(&text) || *text.at == '#') || !isfinite(value) ||
+            (positive && !(value > 0)))
             return fail_with(failure, kStatusRead, "%s: line %lld: expected %s, found '%s'", path, (long long)word.line, wanted,
                              text_quote(&word, quote));
         if (text.line == last)

@@ -500,7 +500,7 @@ class Lod(CommandTest):
 
         self.json_of(*words)
         plain = right()
-        density = self.file("density.txt", "# a comment\n\n" + "".join(f"{100 if p[0] > 0 else 1}\n" for p in points))
+        density = self.file("density.txt", "# a comment\n\n" + "".join(f"{'100 #b' if p[0] > 0 else '1#a'}\n" for p in points))
         self.json_of(*words, "--density", density)
         self.assertGreater(right(), plain + 15)
         packed = self.folder / "density.gz"
