@@ -25,7 +25,7 @@ int command_measure(int count, char** arguments) {
     delmesh_distance_options distance_options;
     delmesh_distance_options_init(&distance_options, sizeof distance_options);
     const Option options[] = {option_integer("--samples", &distance_options.samples, 0, 1e12, "N",
-                                             "points per direction besides the vertices; 0: 4 per face"),
+                                             "points per direction besides the vertices; 0: 4 per face, 100,000 at least"),
                               option_flag("--no-bound", &no_bound, "samples only, no guaranteed upper bound"),
                               SESSION_OPTIONS(&session)};
     const Positional positionals[] = {{"A", &path_a}, {"B", &path_b}, {NULL, NULL}};

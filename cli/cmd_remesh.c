@@ -239,7 +239,7 @@ int command_remesh(int count, char** arguments) {
         option_choice("--boundary", &r.options.boundary, kBoundaryChoices, "nonobtuse|ignore",
                       "whether angles opposite to boundary edges count"),
         option_integer("--max-vertices", &r.options.max_vertices, 0, INT32_MAX, "N",
-                       "of the result; 0: 16 times the input's (default)"),
+                       "of the result; 0: 16 times the input's + 10,000 (default)"),
         option_flag("--compact", &r.compact, "leave out vertices that no face uses"),
         option_flag("--measure", &r.measure, "also measure angles, and the distance to the input"),
         CARRY_OPTIONS(&s->carry),
