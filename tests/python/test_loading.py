@@ -95,6 +95,15 @@ class Loading(unittest.TestCase):
     def test_import_does_not_load(self):
         self.assertEqual(run("import delmesh; print('libdelmesh' in open('/proc/self/maps').read())"), "False")
 
+    def test_threads_that_come_first_together_load_one(self):
+        self.assertEqual(run("import sys, threading, delmesh; from delmesh._library import loaded_library; found = []\n"
+                             "sys.setswitchinterval(1e-6); start = threading.Barrier(8)\n"
+                             "def look(): start.wait(); found.append(loaded_library())\n"
+                             "threads = [threading.Thread(target=look) for _ in range(8)]\n"
+                             "for t in threads: t.start()\n"
+                             "for t in threads: t.join()\n"
+                             "print(len(found), len(set(map(id, found))))"), "8 1")
+
     def test_a_missing_file_is_a_sentence(self):
         said = run(WHICH, DELMESH_LIBRARY="/nonexistent/libdelmesh.so")
         self.assertRegex(said, r"^LibraryNotFound /nonexistent/libdelmesh.so could not be loaded: .+")

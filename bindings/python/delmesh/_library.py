@@ -75,7 +75,11 @@ def load_library(path=None):
 
 def loaded_library():
     """The library in use, loaded at the first call."""
-    return _default or load_library()
+    global _default
+    with _lock:  # threads that come together must not get a Library each: meshes of one are refused by contexts of another
+        if _default is None:
+            _default = _search()
+        return _default
 
 
 def unload_library():
