@@ -223,6 +223,10 @@ class Carrying(unittest.TestCase):
         self.assertEqual(dict(r.layers), {})
         with self.assertRaises(TypeError):
             r.layers["new"] = self.uvs  # a view of what is there
+        r = delmesh.remesh(self.points, self.quads, layers={"p": self.points})
+        for mesh in (r.mesh, delmesh.Mesh(self.points, self.quads, layers={"p": self.points})):
+            with self.assertRaises(ValueError):  # nor are they changed under a mesh that hands them on
+                mesh.layers["p"][0] = 1
 
 
 class Kinds(unittest.TestCase):
@@ -378,6 +382,14 @@ class Refusals(unittest.TestCase):
                     continue  # told when it is carried
                 with self.subTest(sentence), self.assertRaisesRegex(delmesh.InvalidArgument, sentence):
                     run(self.points, self.quads, layers=layers)
+        mesh = delmesh.Mesh(self.points, self.quads)
+        for values, sentence in ((np.array(["a"] * 240), "The argument 'values' had the type <U1"),
+                                 (verts * 1j, "The argument 'values' had the type complex128"),
+                                 (verts.astype(np.longdouble), "The argument 'values' had the type"),
+                                 (3.0, r"The argument 'values' had the shape \(\)"),
+                                 (np.empty((240, 0)), r"The argument 'values' had the shape \(240, 0\)")):
+            with self.subTest(sentence), self.assertRaisesRegex(delmesh.InvalidArgument, sentence):
+                mesh.transfer(values, domain="vertex")
         for layers in ([uvs], {3: uvs}):
             with self.assertRaisesRegex(TypeError, "expected 'layers' as {name: array}"):
                 delmesh.remesh(self.points, self.quads, layers=layers)
@@ -473,6 +485,7 @@ class Sparse(unittest.TestCase):
         broken[7] = np.inf
         for change, error, sentence in (
                 ({"limit": 0}, delmesh.InvalidArgument, "'limit' was 0, outside 1 to 65535"),
+                ({"limit": 2**32 + 4}, delmesh.InvalidArgument, "'limit' was 4294967300, outside 1 to 65535"),
                 ({"normalise": "all"}, delmesh.InvalidArgument, "'normalise' was 'all', which is not one of True, False, sum"),
                 ({"offsets": self.offsets[1:]}, delmesh.InvalidArgument, "'source.offsets' had 441 elements"),
                 ({"values": self.values[1:]}, delmesh.InvalidArgument, "'source.indices' had"),

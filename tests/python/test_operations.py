@@ -67,6 +67,13 @@ class Remesh(unittest.TestCase):
                 (lambda: delmesh.remesh(mesh, precision="float16"), delmesh.InvalidArgument, "'precision'"),
                 (lambda: delmesh.remesh(mesh, feature_angle=float("nan")), delmesh.InvalidArgument, "'feature_angle'"),
                 (lambda: delmesh.distance(mesh, mesh, relative_error=-1), delmesh.InvalidArgument, "'relative_error'"),
+                # what ctypes would store without the bits that do not fit
+                (lambda: delmesh.remesh(mesh, effort=2**32), delmesh.InvalidArgument, "'effort' was 4294967296"),
+                (lambda: delmesh.remesh(mesh, mode=2**32 + 1), delmesh.InvalidArgument, "'mode' was 4294967297"),
+                (lambda: delmesh.remesh(mesh, max_vertices=2**64 + 1), delmesh.InvalidArgument, "'max_vertices'"),
+                (lambda: delmesh.remesh(mesh, release=-1), delmesh.InvalidArgument, "'release' was -1"),
+                (lambda: delmesh.Context(memory_limit=2**64), delmesh.InvalidArgument, "'memory_limit'"),
+                (lambda: delmesh.Context(memory_limit=-1), delmesh.InvalidArgument, "'memory_limit' was -1"),
                 (lambda: delmesh.remesh("mesh"), TypeError, "expected vertices and faces, a pair"),
                 (lambda: delmesh.certify(None), TypeError, "expected vertices and faces, a pair")):
             with self.subTest(sentence), self.assertRaisesRegex(error, sentence):

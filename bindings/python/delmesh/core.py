@@ -49,6 +49,9 @@ def _set_options(struct, options):
         elif name == "release":
             value = _choices.release(value)
         setattr(struct, name, value)
+        stored = getattr(struct, name)
+        if isinstance(stored, int) and stored != value:  # ctypes drops the bits that do not fit
+            raise InvalidArgument(f"The option '{name}' was {value}, which is out of the range of its type.")
 
 
 def _public(struct):
@@ -464,7 +467,8 @@ class Mesh:
 
     @property
     def layers(self) -> Mapping[str, np.ndarray]:
-        """{name: array}: the layers of the source at the vertices, corners, faces or edges of this mesh, in the same types."""
+        """{name: array}, read-only: the layers of the source at the vertices, corners, faces or edges of this mesh, in the same
+        types."""
         own = self._sources if self._numbers is None else _layers.carry(self._own_context(), self, self, self._sources)
         return MappingProxyType(_layers.shown(own))
 
@@ -485,7 +489,8 @@ class Mesh:
         fit all over the surface and not only at the vertices (Layer.fit)."""
         _choices.number("The argument 'domain'", domain, _layers.DOMAINS)
         _choices.number("The argument 'policy'", policy, _layers.POLICIES)
-        return _layers.transfer(context or self._own_context(), self, np.asarray(values), domain, policy, cancel, fit)
+        values = _layers.checked(values, "The argument 'values'")
+        return _layers.transfer(context or self._own_context(), self, values, domain, policy, cancel, fit)
 
     def _own_context(self):
         return Context(threads=self._threads, library=self._handle.native)
@@ -818,7 +823,8 @@ def measure(mesh, other=None, /, *, progress: Progress = None, cancel: CancelTok
 def distance(a, b, *, progress: Progress = None, cancel: CancelToken | None = None, context: Context | None = None,
              **options: Unpack[DistanceOptions]) -> DistanceReport:
     """Two-sided distance between two surfaces, each given as one argument. Further options: compute_bound (whether to prove an
-    upper bound), samples, relative_error, absolute_error (length)."""
+    upper bound), samples, relative_error (0.1: the bound is at most 10 % over the sampled value), absolute_error (percent of the
+    diagonal of `a`)."""
     context, a, b = _prepare(context, cancel, a, b)
     settings = _initialised(context._library, _capi.delmesh_distance_options)
     _set_options(settings, options)

@@ -75,15 +75,21 @@ class Resolved(NamedTuple):
     by_face: bool  # values of corners as (m, k, ...)
 
 
+def checked(values, what):
+    """`values` as an array that can be carried. what: how the sentence of a refusal begins."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "iufb" or array.dtype.itemsize > 8:
+        raise InvalidArgument(f"{what} had the type {array.dtype}, which is no real number that can be carried.")
+    if array.ndim == 0 or (len(array) and array[:1].size == 0):
+        raise InvalidArgument(f"{what} had the shape {array.shape} and not (n, ...).")
+    return array
+
+
 def resolve(name, given, counts, faces_shape, copy):
     """counts: the elements of each domain; faces_shape: (m, k), or None for polygons of other sizes. copy: the array must not
     change with the caller's."""
     layer = given if isinstance(given, Layer) else Layer(given)
-    array = np.asarray(layer.values)
-    if array.dtype.kind not in "iufb" or array.dtype.itemsize > 8:
-        raise InvalidArgument(f"The layer '{name}' had the type {array.dtype}, which is no real number that can be carried.")
-    if array.ndim == 0 or (len(array) and array[:1].size == 0):
-        raise InvalidArgument(f"The layer '{name}' had the shape {array.shape} and not (n, ...).")
+    array = checked(layer.values, f"The layer '{name}'")
     by_face = faces_shape is not None and array.ndim > 1 and array.shape[:2] == faces_shape and (
         layer.domain == "corner" or (layer.domain is None and array.ndim > 2))
     if by_face:
@@ -195,9 +201,12 @@ def transfer(context, mesh, values, domain, policy, cancel=None, fit=None):
 
 def carry(context, source, mesh, layers, cancel=None):
     """{name: Resolved} of the mesh `source` -> the same for `mesh`, which was made from it."""
-    return {name: resolved._replace(array=transfer(context, mesh, resolved.array, resolved.domain, resolved.policy, cancel,
-                                                   source if resolved.layer.fit else None))
-            for name, resolved in layers.items()}
+    carried = {name: resolved._replace(array=transfer(context, mesh, resolved.array, resolved.domain, resolved.policy, cancel,
+                                                      source if resolved.layer.fit else None))
+               for name, resolved in layers.items()}
+    for resolved in carried.values():
+        resolved.array.flags.writeable = False  # a mesh never changes, and these go on to what is made of it
+    return carried
 
 
 def shown(layers):
