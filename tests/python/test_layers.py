@@ -252,6 +252,14 @@ class Kinds(unittest.TestCase):
                                   ("number", self.halves, 0), ("material", self.halves.astype(float), 0), ("my uv", two, 0)):
             self.assertEqual(self.flags({name: values}), bit, name)
 
+    def test_a_name_does_not_change_values_that_cannot_be_meant(self):
+        halves, heights = np.full(len(self.points), 0.5), self.points[:, 2].copy()
+        layers = {"normal_strength": halves, "material_height": heights, "height": heights}
+        carried = delmesh.remesh(self.points, self.quads, layers=layers).layers
+        self.assertGreater(len(carried["height"]), len(heights))  # some are interpolated
+        np.testing.assert_array_equal(carried["normal_strength"], 0.5)
+        np.testing.assert_array_equal(carried["material_height"], carried["height"])
+
     def test_words(self):
         one, ids = self.at_corners, self.halves
         for layer, bit in ((Layer(one, kind="other"), delmesh.EDGE_LAYER), (Layer(one, border="keep"), delmesh.EDGE_LAYER),

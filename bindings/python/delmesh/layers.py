@@ -40,8 +40,8 @@ class Layer:
     weight   decimation: how much an error of this layer counts
     fit      values of vertices or corners, "linear" or "direction": results have those that fit all over the surface, in the mean of
              squares, instead of those at the vertices' places; borders and boundaries keep theirs
-    policy   "linear", "nearest", "direction" (of length 1) or "weights" (that sum to 1); None: "direction" for normals, "nearest"
-             for materials, face sets, booleans and integers that are no colours, else "linear"
+    policy   "linear", "nearest", "direction" (of length 1) or "weights" (that sum to 1); None: "direction" for normals of three
+             floats, "nearest" for booleans and for integers that are no colours, else "linear"
     """
 
     values: Any
@@ -101,12 +101,16 @@ def resolve(name, given, counts, faces_shape, copy):
     if len(array) != counts[domain]:
         raise InvalidArgument(f"The layer '{name}' had {len(array)} elements, and there were {counts[domain]} {PLURAL[domain]}.")
     is_float = array.dtype.kind == "f"
-    policy = layer.policy or ("direction" if kind == "normal" and is_float else
-                              "linear" if kind not in _OF_FACES and (is_float or kind == "color") and array.dtype.kind != "b" else
+    policy = layer.policy or ("direction" if kind == "normal" and is_float and np.prod(array.shape[1:]) == 3 else
+                              "linear" if is_float or kind == "color" and array.dtype.kind != "b" else
                               "nearest")
     if policy in ("direction", "weights") and not is_float:
         raise InvalidArgument(f"The layer '{name}' had the type {array.dtype}, and the policy '{policy}' is for floats.")
     return Resolved(layer, np.array(array) if copy else array, domain, _kind(name, layer, array, domain, kind), policy, by_face)
+
+
+def _are_ids(array):
+    return array.dtype.kind in "iub" and array[:1].size <= 1
 
 
 def _domain(name, rows, kind, counts):
@@ -128,7 +132,7 @@ def _kind(name, layer, array, domain, kind):
     """What the library is told that the layer is; None: nothing."""
     if domain in ("vertex", "edge") and layer.border == "keep":
         raise InvalidArgument(f"The layer '{name}' was of {PLURAL[domain]}, which have no borders to keep.")
-    ids = array.dtype.kind in "iub" and array[:1].size <= 1
+    ids = _are_ids(array)
     if layer.kind and (domain == "face") != (kind in _OF_FACES) or layer.kind and domain == "edge":
         raise InvalidArgument(f"The layer '{name}' was of {PLURAL[domain]}, and the kind '{kind}' is of "
                               f"{'faces' if kind in _OF_FACES else 'corners'}.")
