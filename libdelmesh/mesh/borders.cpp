@@ -164,7 +164,7 @@ private:
 
 // ---- Layers -----------------------------------------------------------------------------------------------------------------
 
-// Components of a view's elements as doubles, which hold all types that layers have; of int64 ids the low 53 bits and more.
+// Components of a view's elements as doubles, which hold all types that layers have.
 class Values {
 public:
     explicit Values(const delmesh_view& view) : view_(view) {}
