@@ -132,6 +132,12 @@ double scale_to_one(double size) {
     return std::abs(size - 1) <= static_cast<double>(std::numeric_limits<T>::epsilon()) ? 1 : 1 / size;
 }
 
+// Times the power of two that has the largest of them between 1 and 2.
+void bring_to_one(double* sums, int64_t components, double largest) {
+    const int exponent = std::ilogb(largest);
+    for (int64_t k = 0; k < components; ++k) sums[k] = std::ldexp(sums[k], -exponent);
+}
+
 template <class T>
 double direction_scale(double* sums, int64_t components) {
     double largest = 0, squares = 0;
@@ -141,20 +147,26 @@ double direction_scale(double* sums, int64_t components) {
     }
     if (largest == 0 || !std::isfinite(largest)) return 1; // 0 stays 0
     if (squares > 1e-280 && squares < 1e280) return scale_to_one<T>(std::sqrt(squares));
-    const int exponent = std::ilogb(largest); // squares out of range, or nearly
+    bring_to_one(sums, components, largest); // squares out of range, or nearly
     squares = 0;
-    for (int64_t k = 0; k < components; ++k) {
-        sums[k] = std::ldexp(sums[k], -exponent);
-        squares += sums[k] * sums[k];
-    }
+    for (int64_t k = 0; k < components; ++k) squares += sums[k] * sums[k];
     return 1 / std::sqrt(squares);
 }
 
+// None of the sums is negative.
 template <class T>
-double weights_scale(const double* sums, int64_t components) {
-    double total = 0;
+double weights_scale(double* sums, int64_t components) {
+    double largest = 0, total = 0;
+    for (int64_t k = 0; k < components; ++k) {
+        largest = std::max(largest, sums[k]);
+        total += sums[k];
+    }
+    if (largest == 0 || !std::isfinite(largest)) return 1; // 0 stays 0
+    if (total >= std::numeric_limits<double>::min() && std::isfinite(total)) return scale_to_one<T>(total);
+    bring_to_one(sums, components, largest); // 1 / total out of range, or the total
+    total = 0;
     for (int64_t k = 0; k < components; ++k) total += sums[k];
-    return total == 0 ? 1 : scale_to_one<T>(total);
+    return 1 / total;
 }
 
 // ---- Loops ------------------------------------------------------------------------------------------------------------------
@@ -385,7 +397,8 @@ int64_t SparseTransfer::gather(int32_t v, int32_t normalise, Entry* out) const {
     };
     const double whole = sum_of(out, end);
     if (end - out > limit_) {
-        // As integers, the bits of magnitudes are in the same order, and even a NaN (of values that summed past the range) has a place.
+        // As integers, the bits of magnitudes are in the same order, and even a NaN (of values that summed past the range) has a
+        // place.
         const auto size = [](const Entry& entry) { return std::bit_cast<uint64_t>(std::abs(entry.value)); };
         std::nth_element(out, out + limit_, end, [&](const Entry& a, const Entry& b) {
             return size(a) != size(b) ? size(a) > size(b) : a.index < b.index;
@@ -395,7 +408,9 @@ int64_t SparseTransfer::gather(int32_t v, int32_t normalise, Entry* out) const {
     }
     const double kept = sum_of(out, end), wanted = normalise == 2 ? whole : 1;
     if (normalise == 0 || kept == 0 || std::abs(kept - wanted) <= rounding_ * std::abs(wanted)) return end - out;
-    for (Entry* entry = out; entry != end; ++entry) entry->value *= wanted / kept;
+    const double factor = wanted / kept; // out of range for the smallest sums
+    for (Entry* entry = out; entry != end; ++entry)
+        entry->value = std::isinf(factor) ? entry->value / kept * wanted : entry->value * factor;
     return end - out;
 }
 

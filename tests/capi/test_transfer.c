@@ -241,6 +241,18 @@ static void nearest_direction_and_weights(void** state) {
                            (delmesh_view_mut){same, 5, 0, DELMESH_FLOAT32, 3}),
                   context, DELMESH_OK);
     assert_memory_equal(same, already, sizeof already);
+    /* Also where the sum, or 1 divided by it, leaves the range. */
+    static const double extremes[] = {0x1p-1070, 0x1p1023};
+    for (size_t i = 0; i < sizeof extremes / sizeof *extremes; ++i) {
+        const double x = extremes[i], far[4][3] = {{x, x, 0}, {x, x, 0}, {0, x, 0}, {0, 0, 0}};
+        double halves[5][3];
+        assert_status(transfer(mesh, DELMESH_DOMAIN_VERTEX, DELMESH_TRANSFER_WEIGHTS, (delmesh_view){far, 4, 0, DELMESH_FLOAT64, 3},
+                               (delmesh_view_mut){halves, 5, 0, DELMESH_FLOAT64, 3}),
+                      context, DELMESH_OK);
+        for (int v = 0; v < 5; ++v)
+            for (int k = 0; k < 3; ++k)
+                assert_true(halves[v][k] == (k == 2 || v == 3 ? 0 : v != 2 ? 0.5 : k == 1));
+    }
     delmesh_mesh_destroy(mesh);
     delmesh_mesh_destroy(source);
 }
@@ -355,6 +367,13 @@ static void rows_are_merged_limited_and_normalised(void** state) {
         for (int i = 0; i < 3; ++i)
             assert_true(fabs(values[i] - (normalise == 0 ? plain[i] : normalise == 1 ? 1 : sums[i])) < 1e-15);
     }
+
+    /* A sum so small that 1 divided by it leaves the range. */
+    static const int64_t ends[5] = {0, 2, 2, 2, 2};
+    static const double tiny[2] = {0x1p-1070, 0x3p-1070};
+    const delmesh_rows small = {{ends, 5, 0, DELMESH_INT64, 1}, {row_indices, 2, 0, DELMESH_UINT32, 1}, {tiny, 2, 0, DELMESH_FLOAT64, 1}};
+    assert_status(sparse(mesh, &small, 4, 1, 12, offsets, indices, values), context, DELMESH_OK);
+    assert_true(values[0] == 0.75 && values[1] == 0.25); /* bones 2 and 5 */
 
     /* How many there will be, then as many; other types and strides. */
     struct { int32_t offset, other; } counted[6];
