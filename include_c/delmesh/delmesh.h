@@ -15,7 +15,9 @@
  * Rules that hold for every function
  *  - Errors. Fallible functions return an int32_t status: DELMESH_OK is 0, errors are negative and their numbers are fixed for
  *    ever. delmesh_last_error(ctx) then holds one sentence that names the argument and the index (of functions that take a
- *    context, and but for DELMESH_ERROR_BUSY: the text belongs to the call that is running). After a failure or a cancel
+ *    context, and but for DELMESH_ERROR_BUSY: the text belongs to the call that is running). The lists of errors below do not
+ *    repeat what every call may return: BUSY where it takes a context, and INTERNAL. "Memory" stands for OUT_OF_MEMORY,
+ *    MEMORY_LIMIT and ALLOCATION_LIMIT. Pointers may be NULL only where that is said. After a failure or a cancel
  *    the handle written through an `out` argument is NULL and everything the caller owns is as it was. Nothing prints, aborts,
  *    throws across this boundary, or leaves a changed floating-point environment behind.
  *  - Ownership. The caller owns what it passes in; the library copies what it needs before the call returns. Handles belong to
@@ -97,8 +99,8 @@ enum {
 #define DELMESH_CONTINUE 0x600D
 
 /* A strided array that is read. data: first element, aligned for `type`; count: elements; stride: bytes from one element to the
- * next, 0 = tightly packed; type: DELMESH_FLOAT32...; components: numbers per element, consecutive in memory (3 for a position).
- * All zero means "not given". 32 bytes, frozen. */
+ * next, a multiple of the type's size and no less than an element's, 0 = tightly packed; type: DELMESH_FLOAT32...; components:
+ * numbers per element, consecutive in memory (3 for a position). All zero means "not given". 32 bytes, frozen. */
 typedef struct delmesh_view {
     const void* data;
     int64_t count;
@@ -118,7 +120,7 @@ typedef struct delmesh_view_mut {
 
 /* ---- Context -------------------------------------------------------------------------------------------------------------- */
 
-/* Called on the calling thread, at most about twenty times a second and at the end of each stage. fraction: 0..1 of the whole
+/* Called on the calling thread, at most about twenty times a second and at the begin of each stage. fraction: 0..1 of the whole
  * call, never falling; stage: a short English name, valid during the callback. Must return DELMESH_CONTINUE to go on. */
 typedef int32_t (*delmesh_progress_fn)(void* user, double fraction, const char* stage);
 
@@ -184,9 +186,9 @@ enum {
 /* Are edges kept at which the layer's values jump? _DEFAULT: all but those of normals and colours. */
 enum { DELMESH_BORDER_DEFAULT = 0, DELMESH_BORDER_KEEP = 1, DELMESH_BORDER_FREE = 2 };
 
-/* Values that the host has at the corners of its polygons, or at the polygons (docs/attributes.md). They are compared across edges
- * when the mesh is made. Kept beyond that, as float32: UV layers, whose texture preserve leaves in its place on flat places, and any layer
- * with a weight. To carry values over to a result: delmesh_transfer. */
+/* Values that the host has at the corners of its polygons, or at the polygons (docs/attributes.md). They are compared across
+ * edges when the mesh is made. Kept beyond that, as float32: UV layers, whose texture preserve leaves in its place on flat places,
+ * and any layer of corners with a weight. To carry values over to a result: delmesh_transfer. */
 typedef struct delmesh_layer {
     uint32_t struct_size;
     int32_t kind;            /* DELMESH_LAYER_* */
@@ -195,10 +197,10 @@ typedef struct delmesh_layer {
     double tolerance;        /* values that differ by no more in each component are the same; 0 (default): bitwise, and -0 = 0 */
     double affine_tolerance; /* UV: by how much the texture may move on flat places, in its own units; < 0 (default): 1e-5 of the
                                 range of its values */
-    double weight;           /* decimation of the mesh: how much an error of this layer counts. 1: one of a hundredth of the range of its
-                                values (of the component that has the largest) as much as a distance of a hundredth of the
-                                longest side of the mesh's bounding box. 0 (default): not at all. UVs 1, normals 0.1 are a
-                                start; layers of faces have none */
+    double weight;           /* decimation of the mesh: how much an error of this layer counts. 1: one of a hundredth of the range
+                                of its values (of the component that has the largest) as much as a distance of a hundredth of
+                                the longest side of the mesh's bounding box. 0 (default): not at all. UVs 1, normals 0.1 are a
+                                start; of layers of faces it is not looked at */
     delmesh_view values;     /* as many as corners, in their order, 1..16 float32, float64, int32, uint32 or uint8;
                                 or as many as faces */
 } delmesh_layer;
@@ -217,14 +219,17 @@ typedef struct delmesh_mesh_desc {
     delmesh_view corner_verts; /* int32, uint32 or int64 vertex indices, one per corner, counter-clockwise seen from outside */
     delmesh_view face_offsets; /* optional, int32, uint32 or int64 */
     delmesh_view face_sizes;   /* optional, int32, uint32, int64 or uint8 */
-    delmesh_view marked_edges; /* optional, M x 2 vertex indices: edges that remesh keeps (never flips) in every mode */
+    /* optional, M x 2 int32, uint32 or int64 vertex indices: edges that remesh keeps (never flips) in every mode */
+    delmesh_view marked_edges;
     /* optional, layer_count of them, each with struct_size set and the same: what says where textures, materials... have borders */
     const delmesh_layer* layers;
     int32_t layer_count; /* 0..64 */
     int32_t reserved1;
-    /* optional, E x 2 vertex indices: the host's edges, in any order; DELMESH_EDGE_SOURCE_EDGE then has its numbers */
+    /* optional, E x 2 vertex indices of the same types: the host's edges, in any order; DELMESH_EDGE_SOURCE_EDGE then has its
+     * numbers */
     delmesh_view edge_verts;
-    delmesh_view edge_marks; /* optional, one uint8, int32... per edge_verts: 0 or DELMESH_EDGE_MARKED, _SHARP, _SEAM, _CREASE, added */
+    /* optional, one uint8, int32, uint32 or int64 per edge_verts: 0 or DELMESH_EDGE_MARKED, _SHARP, _SEAM, _CREASE, added */
+    delmesh_view edge_marks;
 } delmesh_mesh_desc;
 
 DELMESH_API void delmesh_mesh_desc_init(delmesh_mesh_desc* desc, uint32_t struct_size);
@@ -236,9 +241,10 @@ DELMESH_API void delmesh_mesh_desc_init(delmesh_mesh_desc* desc, uint32_t struct
  *  - inconsistently oriented faces are turned over, the fewer of each component;
  *  - edges with three and more faces are cut open and pinched vertices split; the copies of vertices come after the input's.
  * Zero-area faces are kept (remesh deals with them, certify reports them).
- * Errors: INVALID_ARGUMENT, INDEX_OUT_OF_RANGE, TOO_LARGE, NON_ORIENTABLE, STRICT, memory, CANCELLED.
+ * Errors: INVALID_ARGUMENT, UNSUPPORTED, INDEX_OUT_OF_RANGE, TOO_LARGE, NON_ORIENTABLE, STRICT, memory, CANCELLED.
  * O(n) for manifold input, O(n log n) otherwise; about 60 bytes per triangle while it runs, 30 after. */
 DELMESH_API int32_t delmesh_mesh_create(delmesh_context* context, const delmesh_mesh_desc* desc, delmesh_mesh** out);
+/* Gives the mesh and all that was borrowed from it back to the allocator. Any thread, once no other uses it. NULL is fine. */
 DELMESH_API void delmesh_mesh_destroy(delmesh_mesh* mesh);
 
 typedef struct delmesh_mesh_info {
@@ -291,7 +297,8 @@ enum {
                                    into, -1 if it was pruned; the coarsest level's, and other meshes', are themselves */
     /* Only of meshes from mesh_create, and of results that were made with the option `map`: */
     DELMESH_CORNER_MAP_CORNER = 13, /* 3F x 3: three corners of the source, as the caller numbers them ... */
-    DELMESH_CORNER_MAP_WEIGHT = 14, /* 3F x 3 float64: ... and weights (sum 1), where the corner lies, on its own side of every seam */
+    DELMESH_CORNER_MAP_WEIGHT = 14, /* 3F x 3 float64: ... and weights (sum 1), where the corner lies, on its own side of every
+                                       seam */
     DELMESH_EDGE_SOURCE_EDGE = 15   /* E: the source edge that the edge is a piece of (the number in edge_verts if the caller gave
                                        these, else in the source's EDGE_VERT), -1: none */
 };
@@ -318,9 +325,10 @@ enum {
  * fit the type). O(n), no allocation. Any thread. */
 DELMESH_API int32_t delmesh_mesh_read(const delmesh_mesh* mesh, int32_t what, const delmesh_view_mut* dst);
 /* Points *out at the mesh's own array, as it is stored: valid until the mesh is destroyed. Arrays that are derived are made at
- * the first borrow and kept. Errors: INVALID_ARGUMENT, OUT_OF_MEMORY. Any thread. */
+ * the first borrow and kept; O(n) then, else O(1). Errors: INVALID_ARGUMENT, memory. Any thread. */
 DELMESH_API int32_t delmesh_mesh_borrow(const delmesh_mesh* mesh, int32_t what, delmesh_view* out);
-/* Checks every invariant of the data structure; for tests and bug reports. DELMESH_OK or DELMESH_ERROR_INTERNAL. O(n). */
+/* Checks every invariant of the data structure; for tests and bug reports. DELMESH_ERROR_INTERNAL names the first that does not
+ * hold. Other errors: INVALID_ARGUMENT, memory, CANCELLED. O(n). */
 DELMESH_API int32_t delmesh_mesh_validate(delmesh_context* context, const delmesh_mesh* mesh);
 
 /* ---- Remesh --------------------------------------------------------------------------------------------------------------- */
@@ -356,7 +364,8 @@ typedef struct delmesh_remesh_options {
     int64_t split_budget;  /* flip, feature: after so many splits of unflippable edges, bent edges are no longer flipped;
                               0 (default): V / 50 + 200 */
     int32_t map;           /* 1: the result has DELMESH_CORNER_MAP_* and DELMESH_EDGE_SOURCE_EDGE. Default 0 */
-    uint32_t release;      /* DELMESH_EDGE_MARKED, _SHARP ... _FACE_SET, added: edges that have no other of these bits are not kept */
+    uint32_t release;      /* DELMESH_EDGE_MARKED, _SHARP ... _FACE_SET, added: edges that have no other of these bits are not
+                              kept */
 } delmesh_remesh_options;
 
 DELMESH_API void delmesh_remesh_options_init(delmesh_remesh_options* options, uint32_t struct_size);
@@ -438,7 +447,7 @@ DELMESH_API void delmesh_preserve_estimate_init(delmesh_preserve_estimate* estim
 /* Foretells how many vertices delmesh_remesh would return in preserve mode, whatever the mode in `options` (NULL: the defaults);
  * an `effort` over 1 counts as 1. Up to 50,000 faces it runs, without a result; larger meshes in a sample of places, which
  * takes the time of a look at every edge and of remeshing that sample. What delmesh_remesh would end
- * with is the `outcome`, not an error. Errors: INVALID_ARGUMENT, NO_SURFACE, memory, CANCELLED. */
+ * with is the `outcome`, not an error. Errors: INVALID_ARGUMENT, UNSUPPORTED, NO_SURFACE, memory, CANCELLED. */
 DELMESH_API int32_t delmesh_estimate_preserve(delmesh_context* context, const delmesh_mesh* in,
                                               const delmesh_remesh_options* options, delmesh_preserve_estimate* out);
 
@@ -573,13 +582,14 @@ enum {
 };
 
 /* Carries a layer of the source over to `mesh`, which was made from it: vertex layers through DELMESH_VERT_MAP_*, corner layers
- * through DELMESH_CORNER_MAP_*, face layers through DELMESH_FACE_SOURCE, edge layers through DELMESH_EDGE_SOURCE_EDGE (0 where there
- * is no source edge). source: one element per element of the source as the caller gave it (vertices, corners, polygons, edges);
- * target: one per vertex, corner, face or edge of `mesh`; the same type (float32, float64, int32, uint32, int64 or uint8) and
- * number of components (1..256), any strides, not overlapping. Faces and edges have one source each: all policies copy it, then
- * normalise. Corner and edge layers need a `mesh` that has those maps. Elements of weight 0 do not count, whatever they hold; sums stay
- * between what they were made of; of equal weights the first is the largest; what has length 1 or sums to 1 but for rounding stays as it
- * is. O(n), parallel, allocates nothing. Errors: INVALID_ARGUMENT, CANCELLED (target is then partly written). */
+ * through DELMESH_CORNER_MAP_*, face layers through DELMESH_FACE_SOURCE, edge layers through DELMESH_EDGE_SOURCE_EDGE (0 where
+ * there is no source edge). source: one element per element of the source as the caller gave it (vertices, corners, polygons,
+ * edges); target: one per vertex, corner, face or edge of `mesh`; the same type (float32, float64, int32, uint32, int64 or uint8)
+ * and number of components (1..256), any strides, not overlapping. Faces and edges have one source each: all policies copy it,
+ * then normalise. Corner and edge layers need a `mesh` that has those maps. Elements of weight 0 do not count, whatever they hold;
+ * sums stay between what they were made of (int64 as float64: beyond 2^53 they are rounded); of equal weights the first is the
+ * largest; what has length 1 or sums to 1 but for rounding stays as it is. O(n), parallel, allocates nothing.
+ * Errors: INVALID_ARGUMENT, CANCELLED (target is then partly written). */
 DELMESH_API int32_t delmesh_transfer(delmesh_context* context, const delmesh_mesh* mesh, int32_t domain, int32_t policy,
                                      const delmesh_view* source, const delmesh_view_mut* target);
 
@@ -610,10 +620,10 @@ typedef struct delmesh_rows_mut {
 } delmesh_rows_mut;
 
 /* Weighted sums of the rows, entries of one index added up, ascending by index; of more than `limit` (1..65535) the largest in
- * magnitude are kept, of equal ones those of the lower index. Entries that are 0 are left out. normalise: 1: every row sums to 1, but for
- * those whose sum is 0; 2: to what its whole sum was, before the limit; 0: as they are. O(n log n), parallel; 16 bytes per source entry.
- * Errors: INVALID_ARGUMENT (also a value that is NaN or infinite), INDEX_OUT_OF_RANGE, TOO_LARGE (no room, or a number that does not fit
- * target's type), memory: nothing was written then; CANCELLED (target is then partly written). */
+ * magnitude are kept, of equal ones those of the lower index. Entries that are 0 are left out. normalise: 1: every row sums to 1,
+ * but for those whose sum is 0; 2: to what its whole sum was, before the limit; 0: as they are. O(n log n), parallel; 16 bytes per
+ * source entry. Errors: INVALID_ARGUMENT (also a value that is NaN or infinite), INDEX_OUT_OF_RANGE, TOO_LARGE (no room, or a
+ * number that does not fit target's type), memory: nothing was written then; CANCELLED (target is then partly written). */
 DELMESH_API int32_t delmesh_transfer_sparse(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_rows* source,
                                             int32_t limit, int32_t normalise, const delmesh_rows_mut* target);
 
@@ -639,7 +649,8 @@ typedef struct delmesh_certify_report {
 DELMESH_API void delmesh_certify_report_init(delmesh_certify_report* report, uint32_t struct_size);
 
 /* Decides exactly, on the mesh's own coordinates, whether it is Delaunay. DELMESH_OK whatever the answer is. O(n), parallel.
- * Errors: INVALID_ARGUMENT, memory, CANCELLED. */
+ * options: NULL for the defaults; report: may be NULL. The lists of `options` are written after success only.
+ * Errors: INVALID_ARGUMENT, UNSUPPORTED, memory, CANCELLED. */
 DELMESH_API int32_t delmesh_certify(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_certify_options* options,
                                     delmesh_certify_report* report);
 
@@ -659,7 +670,7 @@ typedef struct delmesh_quality_report {
 } delmesh_quality_report;
 
 DELMESH_API void delmesh_quality_report_init(delmesh_quality_report* report, uint32_t struct_size);
-/* Angle statistics, lengths, area. O(n). Errors: INVALID_ARGUMENT, memory, CANCELLED. */
+/* Angle statistics, lengths, area; all 0 for a mesh without faces. O(n). Errors: INVALID_ARGUMENT, memory, CANCELLED. */
 DELMESH_API int32_t delmesh_measure_quality(delmesh_context* context, const delmesh_mesh* mesh, delmesh_quality_report* report);
 
 typedef struct delmesh_distance_options {
@@ -690,7 +701,7 @@ typedef struct delmesh_distance_report {
 
 DELMESH_API void delmesh_distance_report_init(delmesh_distance_report* report, uint32_t struct_size);
 /* Two-sided distance between two surfaces. O((n + samples) log n). options: NULL for the defaults.
- * Errors: INVALID_ARGUMENT, NO_SURFACE (a mesh without faces), memory, CANCELLED. */
+ * Errors: INVALID_ARGUMENT, UNSUPPORTED, NO_SURFACE (a mesh without faces), memory, CANCELLED. */
 DELMESH_API int32_t delmesh_measure_distance(delmesh_context* context, const delmesh_mesh* a, const delmesh_mesh* b,
                                              const delmesh_distance_options* options, delmesh_distance_report* report);
 
