@@ -41,7 +41,7 @@ LAWS = ["standin_hand_294e.off", "fandisk.obj", "catmark_car.obj", "blade.off", 
         "rocker-arm.obj", "standin_horse_1944e.off", "blub_triangulated.obj"]  # mirrored and scaled; OBJ and OFF only
 
 # Vertices that preserve may add at most: 3 % above a public implementation of the interval rule, measured on the same meshes.
-GROWTH = {"homer.obj.gz": 6161, "fandisk.obj": 574, "bunny_104288e.obj.gz": 3404, "armadillo.obj.gz": 9111}
+GROWTH = {"homer.obj.gz": 6161, "fandisk.obj": 574, "bunny_104288e.obj.gz": 3304, "armadillo.obj.gz": 9111}
 # Of the diagonal, in percent. The short form takes all of them on small meshes.
 TOLERANCES = (0, 0.001, 0.01, 0.1, 1)
 SHORT_TOLERANCE = ["standin_hand_294e.off", "fandisk.obj", "112932.stl", "homer.obj.gz", "catmark_car.obj", "rocker-arm.obj"]
