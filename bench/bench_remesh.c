@@ -2,7 +2,7 @@
  *
  * bench_remesh.c: what a host waits for: arrays in, certified Delaunay arrays out, through the C interface.
  *     bench_remesh [--mode preserve|flip|feature] [--precision f32|f64] [--tolerance L] [--effort N] [--threads N]
- *                  [--repeat N] [--subdivide N] [--phases] FILE...
+ *                  [--repeat N] [--subdivide N] [--map 0|1] [--phases] FILE...
  * The timed part is delmesh_mesh_create, delmesh_remesh (with its certificate) and the reads of positions and corner vertices;
  * reading the file is not. Printed per file: the best of the repetitions, in milliseconds and nanoseconds per input edge, where
  * that run spent it, and the allocator's peak in bytes per input triangle (input and output mesh included).
@@ -195,6 +195,8 @@ static bool set_option(Settings* settings, const char* name, const char* value) 
         settings->repeat = atoi(value);
     else if (strcmp(name, "--subdivide") == 0)
         settings->subdivide = atoi(value);
+    else if (strcmp(name, "--map") == 0)
+        settings->options.map = atoi(value);
     else
         return false;
     return true;
@@ -217,7 +219,7 @@ int main(int argc, char** argv) {
     }
     if (!ok || at >= argc || settings.repeat < 1) {
         fprintf(stderr, "usage: bench_remesh [--mode preserve|flip|feature] [--precision f32|f64] [--tolerance L] [--effort N]\n"
-                        "                    [--threads N] [--repeat N] [--subdivide N] [--phases] FILE...\n");
+                        "                    [--threads N] [--repeat N] [--subdivide N] [--map 0|1] [--phases] FILE...\n");
         return 2;
     }
     if (!settings.phases)

@@ -267,11 +267,12 @@ Status trace_splits(Context& context, const Mesh& in, const Surface& s, const Nu
 
 // What the map of corners needs to know of the vertices and faces that stay.
 void trace_vertices(const Surface& s, const Numbers& numbers, VertexTraces& traces) {
-    traces.vert.resize_uninitialized(numbers.count);
+    traces.same = std::min(numbers.base, s.first_copy);
+    traces.vert.resize_uninitialized(numbers.count - traces.same);
     traces.line.reserve(numbers.count - numbers.originals);
-    for (int32_t v = 0; v < s.vertices(); ++v) {
+    for (int32_t v = traces.same; v < s.vertices(); ++v) {
         if (!numbers.stays(v)) continue;
-        int32_t& trace = traces.vert[numbers.of(v)];
+        int32_t& trace = traces.vert[numbers.of(v) - traces.same];
         if (s.is_original(v)) {
             trace = s.copied(v);
             continue;
@@ -284,7 +285,6 @@ void trace_vertices(const Surface& s, const Numbers& numbers, VertexTraces& trac
         else
             traces.line.push_back({-1, -1, 0});
     }
-    traces.same = std::min(numbers.base, s.first_copy);
 }
 
 } // namespace
@@ -366,6 +366,13 @@ Status hand_out(Context& context, const Mesh& in, Surface& s, const delmesh_reme
         out.face_source = std::move(s.face_src);
     } else if (traces != nullptr)
         traces->face = std::move(s.face_src);
+    if (traces != nullptr) { // room for the map: about as large, unless the precision or splits left much of it unused
+        const int64_t room = 3 * (s.pos.size() + s.pos.room()) * 2; // places of an int32_t
+        if (room >= s.corners() && room <= s.corners() + s.corners() / 4)
+            out.corner_map.take_storage(std::move(s.pos));
+        else
+            s.pos.free_storage();
+    }
     out.corner_vert = std::move(s.corner_vert);
     out.corner_twin = std::move(s.corner_twin);
     out.corner_bits = std::move(s.corner_bits);

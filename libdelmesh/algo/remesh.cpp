@@ -239,6 +239,8 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     Certificate given;
     if (in.precision == precision) DM_TRY(scan(context, in, options, marks, given));
     Surface surface(context, in, precision, preserve ? room_for_splits(given) : 0);
+    VertexTraces traces(context.memory());
+    if (options.map != 0) traces.first.copy_from(surface.vert_corner);
     Extent extent;
     DM_TRY(look_and_repair(context, options, surface, extent, marks, given, report));
     // Far from 1, float64 lengths lose the range that their products need. Input vertices are handed out as they were given, and
@@ -313,7 +315,6 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     if (scale != 1)
         for (Vec3& x : surface.pos) x = (1 / scale) * x;
     const EdgeBits kept = surface.kept_bits;
-    VertexTraces traces(context.memory());
     DM_TRY(hand_out(context, in, surface, options, 16 * rules.resolution / scale, options.map != 0 ? &traces : nullptr, out));
     DM_TRY(count(context, in, repaired, out));
 #if defined(DELMESH_DEBUG_CHECKS)
@@ -322,7 +323,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     if (options.map != 0) {
         DM_TRY(context.stage("map", 0.93, 0.95));
         traces.merged = repaired;
-        DM_TRY(map_corners(context, in, kept & kEdgeGiven, traces, out));
+        DM_TRY(map_corners(context, in, kept & kEdgeGiven, std::move(traces), out));
     }
     report.vertices_out = out.vertices();
     report.faces_out = out.faces();

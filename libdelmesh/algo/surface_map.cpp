@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <climits>
+#include <utility>
 
 #include "algo/parallel_slices.h"
 #include "geom/closest_point.h"
@@ -123,78 +124,217 @@ void Sheets::descend(const Vec3& x, int32_t face, Place& place) const {
 
 namespace {
 
+// The numbers of a mesh's edges, by their first corners: two bytes per face are read where the faces come in any order.
+class EdgeNumbers {
+public:
+    explicit EdgeNumbers(Memory& memory) : before_(memory), of_face_(memory) {}
+
+    Status begin(Context& context, const Mesh& mesh) {
+        const int64_t faces = mesh.faces(), groups = block_count(faces, kGroup);
+        before_.assign(groups + 1, 0);
+        of_face_.resize_uninitialized(faces);
+        DM_TRY(context.parallel(faces, kGroup, [&](int64_t group, int64_t begin, int64_t end) {
+            const int32_t* const twin = mesh.corner_twin.data();
+            uint16_t* const of_face = of_face_.data();
+            int32_t edges = 0;
+            for (int32_t f = static_cast<int32_t>(begin), c = 3 * f; f < end; ++f, c += 3) {
+                const int32_t a = is_first(twin, c), b = is_first(twin, c + 1), d = is_first(twin, c + 2);
+                of_face[f] = static_cast<uint16_t>(edges << 3 | d << 2 | b << 1 | a);
+                edges += a + b + d;
+            }
+            before_[group + 1] = edges;
+        }));
+        for (int64_t group = 0; group < groups; ++group) before_[group + 1] += before_[group];
+        return DELMESH_OK;
+    }
+
+    static bool is_first(const int32_t* twin, int32_t c) { return static_cast<uint32_t>(c) < static_cast<uint32_t>(twin[c]); }
+
+    // Of a face's edges: bit k tells whether the k-th corner is its edge's first, and then number[k] is the edge's number.
+    int32_t of(int32_t face, int32_t (&number)[3]) const {
+        const int32_t x = of_face_.data()[face];
+        number[0] = before_.data()[face / kGroup] + (x >> 3);
+        number[1] = number[0] + (x & 1);
+        number[2] = number[1] + (x >> 1 & 1);
+        return x & 7;
+    }
+    int32_t of(int32_t first_corner) const {
+        int32_t number[3];
+        of(face_of(first_corner), number);
+        return number[first_corner % 3];
+    }
+
+private:
+    static constexpr int32_t kGroup = 1 << 11; // 3 kGroup << 3 fits
+
+    Array<int32_t> before_;   // per group: edges
+    Array<uint16_t> of_face_; // edges in its group before the face, and a bit for each of its corners
+};
+
 class Mapping {
 public:
-    Mapping(Context& context, const Mesh& in, EdgeBits kept, const VertexTraces& traces, Mesh& out)
-        : context_(context), in_(in), kept_(kept), traces_(traces), out_(out), sheets_(context.memory(), in, kept) {}
+    Mapping(Context& context, const Mesh& in, EdgeBits kept, VertexTraces&& traces, Mesh& out)
+        : context_(context), in_(in), kept_(kept), traces_(traces), out_(out), sheets_(in, kept, std::move(traces.first)),
+          source_edges_(context.memory()), may_have_borders_(kept != 0 && (traces.merged || !in.corner_bits.empty())) {}
 
     Status run() {
-        DM_TRY(sheets_.begin(context_));
-        Array<int32_t> changed(context_.memory()); // faces
-        DM_TRY(map_kept_faces(changed));
-        if (!changed.empty()) DM_TRY(map_changed_faces(changed));
-        if (traces_.merged && kept_ != 0) DM_TRY(come_back_to_charts(changed));
-        DM_TRY(map_edges());
+        DM_TRY(source_edges_.begin(context_, in_));
+        Array<int32_t> left(context_.memory()); // faces
+        DM_TRY(map_most_faces(left));
+        if (!left.empty()) DM_TRY(map_left_faces(left));
+        if (traces_.merged && kept_ != 0) DM_TRY(come_back_to_charts(left));
         out_.has_map = true;
         return DELMESH_OK;
     }
 
 private:
     static constexpr int32_t kUnknown = INT32_MIN;
+    static constexpr int32_t kFaces = 1 << 13, kBatch = 256; // of map_most_faces, each
 
-    // Most faces are the source's; their corners are too.
-    Status map_kept_faces(Array<int32_t>& changed) {
+    // Most faces are the source's; their corners are too, and their edges, but for those that were flipped away and back. All edges
+    // are mapped here, and what can be of the other faces: `left` are those that are not done.
+    Status map_most_faces(Array<int32_t>& left) {
         const int32_t faces = out_.faces();
-        constexpr int64_t kFaces = 1 << 14;
-        Array<int32_t> counts(context_.memory(), block_count(faces, kFaces), 0);
-        out_.corner_map.resize_uninitialized(out_.corners());
+        struct Block {
+            int32_t edges, left;
+        };
+        Array<Block> blocks(context_.memory(), block_count(faces, kFaces), Block{0, 0});
         DM_TRY(context_.parallel(faces, kFaces, [&](int64_t block, int64_t begin, int64_t end) {
-            const int32_t *const vert = out_.corner_vert.data(), *const source = in_.corner_vert.data();
-            int32_t* const map = out_.corner_map.data();
-            int32_t count = 0;
-            for (int64_t f = begin; f < end; ++f) {
-                const int32_t g = 3 * traces_.face.data()[f];
-                bool same = true;
-                for (int k = 0; k < 3; ++k) same &= vert[3 * f + k] == source[g + k] && source[g + k] < traces_.same;
-                for (int k = 0; k < 3; ++k) map[3 * f + k] = same ? g + k : kUnknown;
-                count += !same;
-            }
-            counts[block] = count;
+            const int32_t* const twin = out_.corner_twin.data();
+            int32_t edges = 0;
+            for (int32_t c = static_cast<int32_t>(3 * begin); c < 3 * end; ++c) edges += is_first(twin, c) ? 1 : 0;
+            blocks[block].edges = edges;
+        }));
+        int32_t edges = 0;
+        for (Block& block : blocks) edges += std::exchange(block.edges, edges);
+        out_.corner_map.resize_uninitialized(out_.corners());
+        out_.edge_source.resize_uninitialized(edges);
+        DM_TRY(context_.progress(0.1));
+        DM_TRY(context_.parallel(faces, kFaces, [&](int64_t block, int64_t begin, int64_t end) {
+            int32_t* edge = out_.edge_source.data() + blocks[block].edges;
+            for (int64_t from = begin; from < end; from += kBatch)
+                blocks[block].left +=
+                    map_batch(static_cast<int32_t>(from), static_cast<int32_t>(std::min(end, from + kBatch)), edge);
         }));
         int64_t all = 0;
-        for (const int32_t count : counts) all += count;
-        changed.reserve(all);
-        for (int64_t block = 0; block < counts.size(); ++block)
-            for (int64_t f = block * kFaces; counts[block] != 0 && f < std::min<int64_t>(faces, (block + 1) * kFaces); ++f)
-                if (out_.corner_map[3 * f] == kUnknown) changed.push_back(static_cast<int32_t>(f));
+        for (const Block& block : blocks) all += block.left;
+        left.reserve(all);
+        const int32_t* const map = out_.corner_map.data();
+        for (int64_t block = 0; block < blocks.size(); ++block)
+            for (int64_t f = block * kFaces; blocks[block].left != 0 && f < std::min<int64_t>(faces, (block + 1) * kFaces); ++f)
+                if (std::find(map + 3 * f, map + 3 * f + 3, kUnknown) != map + 3 * f + 3) left.push_back(static_cast<int32_t>(f));
         return DELMESH_OK;
     }
 
-    Status map_changed_faces(const Array<int32_t>& changed) {
+    // Which faces changed, and which corners are the first of their edges, no one can predict: what is like the source is done
+    // without a branch, and then the rest. edge: where the next edge's source goes. Returns how many faces are left.
+    int32_t map_batch(int32_t begin, int32_t end, int32_t*& edge) {
+        const int32_t *const vert = out_.corner_vert.data(), *const twin = out_.corner_twin.data(), same_verts = traces_.same;
+        const int32_t *const source = in_.corner_vert.data(), *const face = traces_.face.data();
+        const EdgeBits* const bits = out_.corner_bits.data();
+        int32_t* const map = out_.corner_map.data();
+        struct Other {
+            int32_t face, place, unknown; // its first edge's place, and a bit for each edge that is not known
+        } others[kBatch + 1];
+        int32_t edges[3 * kBatch + 3], found = 0, other = 0;
+        for (int32_t f = begin; f < end; ++f) {
+            const int32_t c = 3 * f, g = 3 * face[f], p = source[g], q = source[g + 1], r = source[g + 2];
+            const bool same =
+                (vert[c] == p) & (vert[c + 1] == q) & (vert[c + 2] == r) & (std::max(std::max(p, q), r) < same_verts);
+            const int32_t mask = -static_cast<int32_t>(same);
+            map[c] = (g & mask) | (kUnknown & ~mask);
+            map[c + 1] = ((g + 1) & mask) | (kUnknown & ~mask);
+            map[c + 2] = ((g + 2) & mask) | (kUnknown & ~mask);
+            const int32_t first[3] = {is_first(twin, c), is_first(twin, c + 1), is_first(twin, c + 2)};
+            int32_t number[3];
+            const int32_t whole = has_source(bits[c]) | has_source(bits[c + 1]) << 1 | has_source(bits[c + 2]) << 2;
+            const int32_t unknown =
+                (first[0] | first[1] << 1 | first[2] << 2) & ~(source_edges_.of(face[f], number) & whole & mask);
+            others[other] = {f, found, unknown};
+            other += static_cast<int32_t>(unknown != 0) | (1 + mask);
+            for (int k = 0; k < 3; ++k) {
+                edges[found] = number[k];
+                found += first[k];
+            }
+        }
+        // What is beyond their edges may be far away: it is asked for in two steps before it is needed.
+        for (int32_t i = 0; i < other; ++i)
+            for (int32_t c = 3 * others[i].face; c < 3 * others[i].face + 3; ++c) {
+                __builtin_prefetch(face + face_of(std::max(twin[c], 0)));
+                __builtin_prefetch(in_.corner_twin.data() + 3 * face[others[i].face]);
+            }
+        for (int32_t i = 0; i < other; ++i)
+            for (int32_t c = 3 * others[i].face; c < 3 * others[i].face + 3; ++c) {
+                const int32_t beyond = 3 * face[face_of(std::max(twin[c], 0))];
+                __builtin_prefetch(source + beyond);
+                __builtin_prefetch(in_.corner_twin.data() + beyond);
+            }
+        int32_t left = 0;
+        for (int32_t i = 0; i < other; ++i)
+            left += map_other_face(others[i].face, others[i].unknown, edges + others[i].place) ? 1 : 0;
+        edge = std::copy_n(edges, found, edge);
+        return left;
+    }
+
+    // A face that changed, or with edges whose first corners are not the source's: a bit of `unknown` each. edges: the sources of
+    // those that have their first corners in the face. Tells whether corners are left.
+    bool map_other_face(int32_t f, int32_t unknown, int32_t* edges) {
+        const int32_t g = 3 * traces_.face.data()[f], *const source = in_.corner_vert.data() + g;
+        int32_t own[3], traces[3]; // own: which corner of that face has the same vertex, or -1
+        for (int k = 0; k < 3; ++k) {
+            const int32_t x = traces_.of(out_.corner_vert.data()[3 * f + k]);
+            traces[k] = x;
+            own[k] = place_of(x, source);
+        }
+        int32_t* const map = out_.corner_map.data() + 3 * static_cast<int64_t>(f);
+        bool left = false;
+        if (map[0] == kUnknown)
+            for (int k = 0; k < 3; ++k) {
+                if (!may_have_borders_ && traces[k] >= 0)
+                    map[k] = own[k] >= 0 ? g + own[k] : corner_beside(3 * f + k, traces[k]);
+                else
+                    left = true;
+            }
+        for (int k = 0; k < 3; ++k) {
+            const int32_t c = 3 * f + k, next = k == 2 ? 0 : k + 1;
+            if ((unknown >> k & 1) != 0) {
+                const bool is_own = own[k] >= 0 && own[next] == (own[k] == 2 ? 0 : own[k] + 1);
+                *edges = has_source(out_.corner_bits.data()[c]) == 0 ? -1 : source_number(is_own ? g + own[k] : source_edge(c));
+            }
+            edges += is_first(out_.corner_twin.data(), c);
+        }
+        return left;
+    }
+
+    static int32_t is_first(const int32_t* twin, int32_t c) { return EdgeNumbers::is_first(twin, c) ? 1 : 0; }
+    static int32_t has_source(EdgeBits bits) { return (bits & kEdgeSource) != 0 ? 1 : 0; }
+
+    Status map_left_faces(const Array<int32_t>& left) {
         Memory& memory = context_.memory();
         Array<uint8_t> bordered(memory); // vertices with kept edges; empty: none
-        if (std::any_of(out_.corner_bits.begin(), out_.corner_bits.end(), [&](EdgeBits bits) { return (bits & kept_) != 0; })) {
+        if (may_have_borders_) {
             bordered.assign(out_.vertices(), 0);
             for (int32_t c = 0; c < out_.corners(); ++c)
                 if (is_kept(out_, c, kept_)) bordered[out_.corner_vert[c]] = bordered[out_.corner_vert[next_corner(c)]] = 1;
         }
         DM_TRY(context_.progress(0.2));
         // Around a source vertex without kept edges there is one sector, so that every corner can be looked at alone.
-        DM_TRY(parallel_slices(context_, changed.size(), kGrain, 0.2, 0.3, [&](int64_t, int64_t begin, int64_t end) {
-            for (int64_t i = begin; i < end; ++i)
-                for (int32_t c = 3 * changed[i]; c < 3 * changed[i] + 3; ++c) {
-                    const int32_t v = out_.corner_vert[c];
-                    if (traces_.vert[v] >= 0 && (bordered.empty() || bordered[v] == 0))
-                        out_.corner_map[c] = corner_nearby(c, traces_.vert[v]);
-                }
-        }));
+        DM_TRY(parallel_slices(context_, bordered.empty() ? 0 : left.size(), kGrain, 0.2, 0.3,
+                               [&](int64_t, int64_t begin, int64_t end) {
+                                   for (int64_t i = begin; i < end; ++i)
+                                       for (int32_t c = 3 * left[i]; c < 3 * left[i] + 3; ++c) {
+                                           const int32_t v = out_.corner_vert[c];
+                                           if (traces_.of(v) >= 0 && bordered[v] == 0)
+                                               out_.corner_map[c] = corner_nearby(c, traces_.of(v));
+                                       }
+                               }));
         // Each other vertex once, with one of its corners.
         Array<int32_t> of_source(memory), of_lines(memory, traces_.line.size(), -1);
-        for (const int32_t f : changed)
+        for (const int32_t f : left)
             for (int32_t c = 3 * f; c < 3 * f + 3; ++c) {
                 const int32_t v = out_.corner_vert[c];
-                if (traces_.vert[v] < 0)
-                    of_lines[~traces_.vert[v]] = c;
+                if (traces_.of(v) < 0)
+                    of_lines[~traces_.of(v)] = c;
                 else if (!bordered.empty() && bordered[v] == 1) {
                     bordered[v] = 2;
                     of_source.push_back(c);
@@ -240,18 +380,24 @@ private:
 
     // ---- a vertex of the source
 
+    // Which of three vertices that is, or -1.
+    static int32_t place_of(int32_t v, const int32_t* verts) {
+        const int32_t first = v == verts[0], second = v == verts[1], third = v == verts[2];
+        return second + 2 * third - (1 - (first | second | third));
+    }
     // The source's corner of that vertex in the face that c's was, or -1 if that has none.
     int32_t own_corner(int32_t c, int32_t source) const {
-        const int32_t face = traces_.face.data()[face_of(c)];
-        for (int32_t k = 3 * face; k < 3 * face + 3; ++k)
-            if (in_.corner_vert.data()[k] == source) return k;
-        return -1;
+        const int32_t first = 3 * traces_.face.data()[face_of(c)], place = place_of(source, in_.corner_vert.data() + first);
+        return place < 0 ? -1 : first + place;
     }
-    // Or in a face beside it, or else anywhere.
     int32_t corner_nearby(int32_t c, int32_t source) const {
+        const int32_t k = own_corner(c, source);
+        return k >= 0 ? k : corner_beside(c, source);
+    }
+    // In a face beside it, or else anywhere.
+    int32_t corner_beside(int32_t c, int32_t source) const {
         const int32_t t = out_.corner_twin[c], r = next_around(out_, c);
-        int32_t k = own_corner(c, source);
-        if (k < 0 && t >= 0) k = own_corner(next_corner(t), source);
+        int32_t k = t >= 0 ? own_corner(next_corner(t), source) : -1;
         if (k < 0 && r >= 0) k = own_corner(r, source);
         if (k < 0) k = sheets_.first[source];
         return k >= 0 ? k : 3 * traces_.face[face_of(c)] + c % 3; // a repair took all of its faces away
@@ -259,7 +405,7 @@ private:
 
     // With kept edges, sector by sector.
     void map_source_vertex(int32_t corner) {
-        const int32_t source = traces_.vert[out_.corner_vert[corner]];
+        const int32_t source = traces_.of(out_.corner_vert[corner]);
         const bool any = sheets_.first[source] >= 0;
         int32_t from = -1; // of the source's sector, its first corner
         int32_t last = -1; // the source's corner of the face before, in the sector
@@ -274,7 +420,7 @@ private:
     // The source's corner with which the sector begins that begins with the result's corner c.
     int32_t sector_of(int32_t c, int32_t source) const {
         if (!is_kept(out_, c, kept_)) return sheets_.first[source]; // the boundary, or one sector that has no beginning
-        const int32_t end = traces_.vert[out_.corner_vert[next_corner(c)]];
+        const int32_t end = traces_.of(out_.corner_vert[next_corner(c)]);
         int32_t to = end;
         if (end < 0) {
             const VertexTraces::Line& line = traces_.line[~end];
@@ -323,7 +469,7 @@ private:
     // Does the sector that begins with the corner c lie to the left of the line from a to b? Its first edge then runs along the line, or,
     // where the line is no border, it does not matter. (A boundary has one side.)
     bool on_left(int32_t c, const VertexTraces::Line& line) const {
-        const int32_t end = traces_.vert[out_.corner_vert[next_corner(c)]];
+        const int32_t end = traces_.of(out_.corner_vert[next_corner(c)]);
         if (end >= 0) return end == line.b;
         const VertexTraces::Line& other = traces_.line[~end];
         const double here = line.t, there = other.a == line.a ? other.t : 1 - other.t;
@@ -387,52 +533,19 @@ private:
 
     // ---- edges
 
-    // body(c, e) for the first corners of all edges, in parallel: e is the edge's number.
-    template <class Body>
-    Status for_edges(const Mesh& mesh, Body&& body) {
-        constexpr int64_t kCorners = 3 << 14;
-        Array<int32_t> edges(context_.memory(), block_count(mesh.corners(), kCorners) + 1, 0);
-        DM_TRY(context_.parallel(mesh.corners(), kCorners, [&](int64_t block, int64_t begin, int64_t end) {
-            int32_t count = 0;
-            for (int32_t c = static_cast<int32_t>(begin); c < end; ++c) count += is_first_of_edge(mesh, c);
-            edges[block + 1] = count;
-        }));
-        for (int64_t b = 1; b < edges.size(); ++b) edges[b] += edges[b - 1];
-        return context_.parallel(mesh.corners(), kCorners, [&](int64_t block, int64_t begin, int64_t end) {
-            // First found without a branch, then looked at.
-            constexpr int32_t kBatch = 256;
-            int32_t found[kBatch], edge = edges[block];
-            for (int32_t from = static_cast<int32_t>(begin); from < end; from += kBatch) {
-                const int32_t to = std::min(from + kBatch, static_cast<int32_t>(end));
-                int32_t count = 0;
-                for (int32_t c = from; c < to; ++c) {
-                    found[count] = c;
-                    count += is_first_of_edge(mesh, c);
-                }
-                for (int32_t i = 0; i < count; ++i) body(found[i], edge++);
-            }
-        });
+    // Of a corner of the source, or -1: the number of its edge.
+    int32_t source_number(int32_t c) const {
+        if (c < 0) return -1;
+        const uint32_t corner = static_cast<uint32_t>(c), twin = static_cast<uint32_t>(in_.corner_twin.data()[c]); // < 0 is large
+        return source_edges_.of(static_cast<int32_t>(std::min(corner, twin)));
     }
 
-    Status map_edges() {
-        Array<int32_t> number(context_.memory(), in_.corners()); // of the source's edges, at their first corners
-        DM_TRY(for_edges(in_, [&](int32_t c, int32_t edge) { number.data()[c] = edge; }));
-        DM_TRY(context_.progress(0.85));
-        out_.edge_source.resize_uninitialized(out_.counts.edges);
-        return for_edges(out_, [&](int32_t c, int32_t edge) {
-            int32_t source = (out_.corner_bits.data()[c] & kEdgeSource) != 0 ? source_edge(c) : -1;
-            if (source >= 0 && in_.corner_twin.data()[source] >= 0) source = std::min(source, in_.corner_twin.data()[source]);
-            out_.edge_source.data()[edge] = source < 0 ? -1 : number.data()[source];
-        });
-    }
-
-    // The source's corner of the edge that c's is a piece of.
+    // The source's corner of the edge that c's is a piece of, if the face that c's was does not have it.
     int32_t source_edge(int32_t c) const {
-        const int32_t p = traces_.vert[out_.corner_vert[c]], q = traces_.vert[out_.corner_vert[next_corner(c)]];
+        const int32_t p = traces_.of(out_.corner_vert.data()[c]), q = traces_.of(out_.corner_vert.data()[next_corner(c)]);
         if (p >= 0 && q >= 0) {
-            const int32_t k = out_.corner_map.data()[c]; // mostly the face is still there
-            if (k >= 0 && in_.corner_vert.data()[next_corner(k)] == q) return k;
-            return sheets_.find_edge(p, q);
+            const int32_t t = out_.corner_twin.data()[c], k = t >= 0 ? own_corner(t, q) : -1; // mostly the face beyond has
+            return k >= 0 && in_.corner_vert.data()[next_corner(k)] == p ? k : sheets_.find_edge(p, q);
         }
         const VertexTraces::Line& line = traces_.line[p < 0 ? ~p : ~q];
         return line.a < 0 ? -1 : sheets_.find_edge(line.a, line.b);
@@ -443,13 +556,15 @@ private:
     const EdgeBits kept_;
     const VertexTraces& traces_;
     Mesh& out_;
-    Sheets sheets_;
+    const Sheets sheets_;
+    EdgeNumbers source_edges_;
+    const bool may_have_borders_; // inside of the surface, or charts that met; then all changed faces are left
 };
 
 } // namespace
 
-Status map_corners(Context& context, const Mesh& in, EdgeBits kept, const VertexTraces& traces, Mesh& out) {
-    return Mapping(context, in, kept, traces, out).run();
+Status map_corners(Context& context, const Mesh& in, EdgeBits kept, VertexTraces&& traces, Mesh& out) {
+    return Mapping(context, in, kept, std::move(traces), out).run();
 }
 
 Status name_places(Context& context, const Mesh& in, Mesh& out) {

@@ -13,6 +13,7 @@ namespace dm {
 Status find_first_corners(Context& context, const Mesh& mesh, Array<int32_t>& first);
 // Where a corner looks: the middle between its edges.
 Vec3 gaze(const Mesh& mesh, int32_t c);
+
 // Is the edge from the corner c on a boundary or one with these bits?
 inline bool is_border(const Mesh& mesh, int32_t c, EdgeBits kept) {
     return mesh.corner_twin[c] < 0 || (!mesh.corner_bits.empty() && (mesh.corner_bits[c] & kept) != 0);
@@ -23,7 +24,9 @@ Status find_charts(Context& context, const Mesh& mesh, EdgeBits kept, Array<int3
 // The source's surface, cut along its kept edges.
 class Sheets {
 public:
-    Sheets(Memory& memory, const Mesh& source, EdgeBits kept) : in(source), first(memory), kept_(kept) {}
+    // first_: what find_first_corners finds.
+    Sheets(const Mesh& source, EdgeBits kept, Array<int32_t> first_) : in(source), first(std::move(first_)), kept_(kept) {}
+    Sheets(Memory& memory, const Mesh& source, EdgeBits kept) : Sheets(source, kept, Array<int32_t>(memory)) {}
     Status begin(Context& context) { return find_first_corners(context, in, first); }
 
     bool is_border(int32_t c) const { return dm::is_border(in, c, kept_); }
@@ -51,20 +54,23 @@ private:
 
 // What an operation that keeps its input's vertices knows of those of its result.
 struct VertexTraces {
-    explicit VertexTraces(Memory& memory) : vert(memory), line(memory), face(memory) {}
+    explicit VertexTraces(Memory& memory) : vert(memory), line(memory), face(memory), first(memory) {}
     struct Line { // from vertex a to b of the source, at a + t (b - a); a < 0: something else
         int32_t a, b;
         double t;
     };
-    Array<int32_t> vert; // per vertex of the result: the vertex of the source that it is; ~i: line[i]
+    // Per vertex of the result: the vertex of the source that it is; ~i: line[i].
+    int32_t of(int32_t v) const { return v < same ? v : vert.data()[v - same]; }
+    int32_t same = 0;    // the first so many vertices are the source's, with the same numbers,
+    Array<int32_t> vert; // and these are the others
     Array<Line> line;
-    int32_t same = 0;    // the first so many vertices are the source's, with the same numbers
-    Array<int32_t> face; // per face of the result: one of the source, not far away, on the same side of all kept edges
-    bool merged = false; // vertices at one place became one: the fans around a vertex need not be those of its source
+    Array<int32_t> face;  // per face of the result: one of the source, not far away, on the same side of all kept edges
+    Array<int32_t> first; // per vertex of the source: as find_first_corners would find it
+    bool merged = false;  // vertices at one place became one: the fans around a vertex need not be those of its source
 };
 
 // corner_map, corner_places and edge_source of `out`, in numbers of the source mesh's own corners and edges.
-Status map_corners(Context& context, const Mesh& in, EdgeBits kept, const VertexTraces& traces, Mesh& out);
+Status map_corners(Context& context, const Mesh& in, EdgeBits kept, VertexTraces&& traces, Mesh& out);
 
 // The same in the numbers of the caller's arrays, where the source was made of these; and how many of them there are.
 Status name_places(Context& context, const Mesh& in, Mesh& out);

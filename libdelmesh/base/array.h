@@ -81,6 +81,17 @@ public:
         data_ = grown;
         capacity_ = capacity;
     }
+    // Takes the storage of an array that nobody reads any more, of the same Memory. What has been touched needs no clearing by the
+    // system.
+    template <class U>
+    void take_storage(Array<U>&& o) {
+        static_assert(sizeof(U) % sizeof(T) == 0, "storage is given back by its size");
+        DM_ASSERT(o.owns_ && o.memory_ == memory_);
+        free_storage();
+        data_ = reinterpret_cast<T*>(std::exchange(o.data_, nullptr));
+        capacity_ = static_cast<int64_t>(sizeof(U) / sizeof(T)) * std::exchange(o.capacity_, 0);
+        o.size_ = 0;
+    }
     // New elements hold garbage: for arrays that are filled at once.
     void resize_uninitialized(int64_t size) {
         reserve(size);
@@ -110,6 +121,9 @@ public:
     Memory& memory() const { return *memory_; }
 
 private:
+    template <class U>
+    friend class Array;
+
     int64_t grown_capacity(int64_t needed) const {
         const int64_t geometric = capacity_ + capacity_ / 2 + 16;
         return geometric > needed ? geometric : needed;
