@@ -106,6 +106,7 @@ Status Loop::drain() {
             }
         }
         const Entry e = pop(first_look ? ready : blocked);
+        if (!trial.running) ask_for_next(first_look ? ready : blocked);
         if (!still_nld(e)) continue;
         if (!s.may_edit(e.corner)) {
             defer(e);
@@ -214,6 +215,28 @@ Loop::Entry Loop::entry(int32_t c) const {
     else
         angle(s.at(s.apex(s.twin(c))), c2, s2);
     return {c1 * c2 - s1 * s2, c, p, q};
+}
+
+// Edges come in an order that has nothing to do with where they lie in memory. The heap's top is often the next, and one of the two
+// below it follows.
+void Loop::ask_for_next(const Array<Entry>& heap) const {
+    const int64_t soon = std::min<int64_t>(heap.size(), 3);
+    for (int64_t i = 0; i < soon; ++i) {
+        const Entry& e = heap[i];
+        if (i == 0) {
+            const int32_t t = s.twin(e.corner), u = s.apex(e.corner);
+            if (t >= 0) __builtin_prefetch(s.corner_vert.data() + t);
+            if (u >= 0) __builtin_prefetch(s.pos.data() + u);
+            if (patches != nullptr && t >= 0) patches->ask_for(face_of(t));
+            continue;
+        }
+        __builtin_prefetch(s.corner_vert.data() + e.corner);
+        __builtin_prefetch(s.corner_twin.data() + e.corner);
+        __builtin_prefetch(s.corner_bits.data() + e.corner);
+        __builtin_prefetch(s.pos.data() + e.p);
+        __builtin_prefetch(s.pos.data() + e.q);
+        if (patches != nullptr) patches->ask_for(face_of(e.corner));
+    }
 }
 
 void Loop::look_at(int32_t c) {

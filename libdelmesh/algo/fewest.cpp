@@ -169,6 +169,15 @@ Status Loop::try_without(const Array<int32_t>& vertices, int64_t most, bool& kep
     trial.running = true;
     trial.failed = false;
     trial.splits_left = most;
+    for (const int32_t v : vertices) {
+        const int32_t c = s.vert_corner[v];
+        if (c < 0) continue;
+        __builtin_prefetch(s.split_vertices.data() + (v - s.first_split));
+        __builtin_prefetch(s.pos.data() + v);
+        __builtin_prefetch(s.corner_vert.data() + c);
+        __builtin_prefetch(s.corner_twin.data() + c);
+        patches->ask_for(face_of(c));
+    }
     int64_t taken = 0;
     while (taken < vertices.size() && take_out(vertices[taken])) ++taken;
     if (taken < vertices.size())

@@ -29,6 +29,7 @@ public:
         DM_TRY(context.parallel(s.carriers.size(), kGrain, [&](int64_t block, int64_t begin, int64_t end) {
             Tally tally;
             for (int32_t i = static_cast<int32_t>(begin); i < end; ++i) {
+                ask_ahead(i, static_cast<int32_t>(end));
                 if (first_on[i] < 0) continue;
                 edge[i] = edge_near_its_vertices(i);
                 if (edge[i] == kUnknown)
@@ -81,6 +82,34 @@ private:
         return in_use;
     }
     int32_t next_vertex(int32_t v) const { return next_on[v - s.first_split]; }
+
+    // What is needed of a carrier may lie anywhere, and leads from one place to the next: each is asked for some carriers ahead.
+    void ask_ahead(int32_t i, int32_t end) const {
+        constexpr int32_t kAhead = 8;
+        const auto first_vertex = [&](int32_t carrier) { return carrier < end ? first_on[carrier] : -1; };
+        const auto ask_for = [&](int32_t c) {
+            __builtin_prefetch(s.corner_vert.data() + c);
+            __builtin_prefetch(s.corner_twin.data() + c);
+            __builtin_prefetch(s.corner_bits.data() + c);
+            __builtin_prefetch(s.face_src.data() + face_of(c));
+        };
+        if (const int32_t v = first_vertex(i + 4 * kAhead); v >= 0) {
+            __builtin_prefetch(s.vert_corner.data() + v);
+            __builtin_prefetch(s.pos.data() + v);
+        }
+        if (const int32_t v = first_vertex(i + 3 * kAhead); v >= 0) ask_for(s.vert_corner[v]);
+        if (const int32_t v = first_vertex(i + 2 * kAhead); v >= 0) {
+            const int32_t k = s.rotate(s.vert_corner[v]);
+            if (k >= 0) ask_for(k);
+            __builtin_prefetch(in.corner_vert.data() + 3 * s.face_src[face_of(s.vert_corner[v])]);
+            __builtin_prefetch(s.pos.data() + s.head(s.vert_corner[v]));
+        }
+        if (const int32_t v = first_vertex(i + kAhead); v >= 0) {
+            const int32_t k = s.rotate(s.vert_corner[v]), next = k >= 0 ? s.rotate(k) : -1;
+            if (next >= 0) ask_for(next);
+            if (k >= 0) __builtin_prefetch(s.pos.data() + s.head(k));
+        }
+    }
 
     // The corner in `in` of the carrier's edge, in either direction; -1 where the carrier is no edge of it. Most pieces still have
     // a face that was cut from one at their edge; kUnknown where none has.

@@ -45,6 +45,7 @@ private:
     bool is_nld(int32_t c) const;
     Entry entry(int32_t c) const;
     bool still_nld(const Entry& e) const { return s.vert(e.corner) == e.p && s.head(e.corner) == e.q && is_nld(e.corner); }
+    void ask_for_next(const Array<Entry>& heap) const;
     void look_at(int32_t c);
     void look_at_face(int32_t f);
     void look_at_faces_of(int32_t v);

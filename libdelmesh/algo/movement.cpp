@@ -32,8 +32,9 @@ double distance_to_segment(const Vec3& x, const Vec3& a, const Vec3& b) {
 // the crossing, by the distance of the diagonals. And if one point is within h of the other diagonal, moving it there makes the
 // pairs coincide.
 double flip_displacement(const Vec3& p, const Vec3& q, const Vec3& u, const Vec3& v) {
-    double least = std::min(std::min(distance_to_segment(u, p, q), distance_to_segment(v, p, q)),
-                            std::min(distance_to_segment(p, u, v), distance_to_segment(q, u, v)));
+    const auto squared = [](const Vec3& x, const Vec3& a, const Vec3& b) { return segment_distance_squared(x - a, b - a); };
+    double least =
+        std::sqrt(std::min(std::min(squared(u, p, q), squared(v, p, q)), std::min(squared(p, u, v), squared(q, u, v))));
     const Vec3 n = cross(q - p, v - u);
     const double size = length(n);
     const auto side = [&](const Vec3& a, const Vec3& b, const Vec3& x) { return dot(n, cross(b - a, x - a)); };
@@ -43,6 +44,15 @@ double flip_displacement(const Vec3& p, const Vec3& q, const Vec3& u, const Vec3
 }
 
 namespace {
+
+// Is that clearly more than `limit`? No end of a diagonal is nearer to the other one than their two lines are to each other. The
+// slack is far more than roundings can do.
+bool displaces_more(const Vec3& p, const Vec3& q, const Vec3& u, const Vec3& v, double limit) {
+    const Vec3 a = q - p, b = v - u, w = u - p, n = cross(a, b);
+    const double volume = dot(n, w), aa = dot(a, a), bb = dot(b, b), nn = dot(n, n);
+    constexpr double kSlack = 1e-18; // squared
+    return nn > 1e-12 * (aa * bb) && volume * volume > (8 * limit * limit + kSlack * (aa + bb + dot(w, w))) * nn;
+}
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kSteep = 1e-6; // cosine; where a line perpendicular to the plane meets steeper faces is not well known
@@ -276,7 +286,9 @@ FreeFlip judge_free_flip(const Surface& s, const FlatPatches& patches, int32_t c
     if (around.base >= limit.tight()) return flip;
     flip.base = around.base;
     flip.remembers = around.size <= kMostReference;
-    const double step = flip_displacement(place(s, p), place(s, q), place(s, u), place(s, v));
+    const Vec3 &from = place(s, p), &to = place(s, q), &left = place(s, u), &right = place(s, v);
+    if (around.is_new() && displaces_more(from, to, left, right, limit.tight())) return flip;
+    const double step = flip_displacement(from, to, left, right);
     flip.height = around.height + step;
     const double sum = flip.base + flip.height;
     const bool sum_will_do =

@@ -213,7 +213,7 @@ int32_t edge_met_twice(const Mesh& mesh) {
 Status count(Context& context, const Mesh& in, bool repaired, Mesh& out) {
     if (repaired) return count_mesh(context, out);
     MeshCounts& n = out.counts;
-    DM_TRY(count_boundary_edges(context, out, n.boundary_edges));
+    if (in.counts.boundary_edges != 0) DM_TRY(count_boundary_edges(context, out, n.boundary_edges));
     n.edges = (out.corners() + n.boundary_edges) / 2;
     n.components = in.counts.components;
     n.boundary_loops = in.counts.boundary_loops;
