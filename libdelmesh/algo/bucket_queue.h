@@ -104,6 +104,7 @@ public:
         return count;
     }
     int64_t size() const { return size_; }
+    bool has_begun() const { return !heads_.empty(); }
     // It is empty then, and may not be used before begin().
     void free_storage() {
         heads_.free_storage();

@@ -130,8 +130,6 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     if (has_weights) DM_TRY(decimator.wedges.begin(context, in, full, order, surface));
     DM_TRY(decimator.begin(weights.empty() ? nullptr : weights.data(), locked.empty() ? nullptr : locked.data()));
     LevelMaker maker(context, in, full, order, surface, decimator);
-    LevelMap corner_maps(context, in, full, surface.kept_bits);
-    if (options.map != 0) DM_TRY(corner_maps.begin());
     report.seconds_decimate += watch.lap();
 
     Array<uint8_t> stays(context.memory());
@@ -143,6 +141,8 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         const double begin = from + 0.2 * (to - from), middle = from + 0.7 * (to - from);
         const bool bounded = targets[i].kind == DELMESH_TARGET_DEVIATION;
         bool within = true;
+        DM_TRY(context.stage("decimate", from, from));
+        DM_TRY(decimator.wake());
         {
             DeviationGuard guard(context, surface); // large: gone before anything else begins
             if (bounded) {
@@ -173,7 +173,10 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         double exporting = watch.lap(), relaxing = 0;
         if (options.quality > 0 && targets[i].kind != DELMESH_TARGET_FULL) {
             maker.find_staying(stays);
-            if (i + 1 == count) decimator.finish(); // relaxation needs much itself
+            if (i + 1 == count) // relaxation needs much itself
+                decimator.finish();
+            else
+                decimator.rest();
             const Context::Part part(context, middle, middle + 0.8 * (to - middle));
             const RelaxRules how{.precision = rules.precision,
                                  .boundary_rule = rules.boundary_rule,
@@ -192,6 +195,8 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         if (options.map != 0) {
             LevelTraces traces(context.memory());
             maker.trace(mesh, traces);
+            LevelMap corner_maps(context, in, full, surface.kept_bits); // made anew each time: relaxation needs the memory
+            DM_TRY(corner_maps.begin());
             DM_TRY(corner_maps.map(traces, mesh));
             DM_TRY(name_places(context, in, mesh));
         }

@@ -79,7 +79,11 @@ Status Decimator::begin(const double* vert_weights, const uint8_t* locked_verts)
         if (vert_weights != nullptr) quadrics[v] *= vert_weights[v] / most_weight;
     }
     if (wedges.has_values()) DM_TRY(wedges.add_faces(context, s, origin, unit / most_weight, size_of_all, vert_weights));
-    queue.begin((all >> kPartBits) + 1, s.corners() / 2);
+    return fill_queue();
+}
+
+Status Decimator::fill_queue() {
+    queue.begin((s.vertices() >> kPartBits) + 1, (s.corners() / 3 - s.dead_faces) * 3 / 2);
     return sweep();
 }
 
@@ -214,6 +218,26 @@ void Decimator::ask_for(const Entry* entries, int count, int32_t* corners) const
             }
         }
     }
+}
+
+void Decimator::rest() {
+    queue.free_storage();
+    Array<Quadric> left(context.memory());
+    left.reserve(vertices_left);
+    for (int32_t v = 0; v < s.vertices(); ++v)
+        if (s.vert_corner[v] >= 0) left.push_back(quadrics[v]);
+    quadrics = std::move(left);
+}
+
+Status Decimator::wake() {
+    if (queue.has_begun()) return DELMESH_OK;
+    Array<Quadric> again(context.memory());
+    DM_TRY(fill(context, again, s.vertices(), Quadric{}));
+    int64_t next = 0;
+    for (int32_t v = 0; v < s.vertices(); ++v)
+        if (s.vert_corner[v] >= 0) again[v] = quadrics[next++];
+    quadrics = std::move(again);
+    return fill_queue();
 }
 
 Status Decimator::run(int64_t most_vertices, int64_t most_faces) {

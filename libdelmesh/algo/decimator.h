@@ -43,6 +43,10 @@ public:
     // Collapses edges until there are no more than so many vertices and faces, or nothing more can be.
     Status run(int64_t most_vertices, int64_t most_faces);
 
+    // Between runs: gives back the memory of the queue and of what is known of vertices that are gone. Until it is woken, only kind()
+    // may be asked. The next run begins with all edges again.
+    void rest();
+    Status wake(); // does nothing where it is awake
     // After the last run: what only collapses need is given back. kind() and prune() may not be asked any more.
     void finish() {
         verts.free_storage();
@@ -128,6 +132,7 @@ private:
     }
     void push(int32_t c);
     void push_around(int32_t v);
+    Status fill_queue();
     void enqueue(int32_t bucket, const Entry& e) { queue.push(e.p >> kPartBits, bucket, e); }
     uint32_t stamp_of(int32_t p, int32_t q) const { return (verts[p].version + verts[q].version) & 0x3fffffff; }
     int32_t find(const Entry& e) const;
