@@ -93,15 +93,18 @@ static bool read_binary(Reader* reader, PointTable* table) {
     t->at += 4;
     if (!reader_reserve(reader, reader->merge_points ? triangles / 2 + 16 : 3 * triangles, triangles, 3 * triangles))
         return false;
+    bool attributes = false; /* two bytes that the format does not use; some programs keep colours there */
     for (int64_t i = 0; i < triangles; ++i, t->at += kTriangle) {
         for (int k = 0; k < 3; ++k) {
             double p[3];
             for (int axis = 0; axis < 3; ++axis) p[axis] = bytes_f32(t->at + 12 + 12 * k + 4 * axis, kLittleEndian);
             if (!add_point(reader, table, p)) return false;
         }
+        attributes |= t->at[48] != 0 || t->at[49] != 0;
         if (!reader_close_face(reader)) return false;
     }
-    return true;
+    static const char left_out[] = "attribute of faces";
+    return !attributes || reader_leave_out(reader, left_out, strlen(left_out));
 }
 
 static bool read_vertex(Reader* reader, PointTable* table) {

@@ -266,6 +266,18 @@ class TexturedCube(AttributesTest):
         self.assertIn("cube.stl: lost: uv: STL files hold positions only\n", err)
         self.assertEqual(self.run_command("remesh", path, self.folder / "cube.stl", "--quiet"), ("", ""))
 
+    def test_what_is_not_read(self):
+        points = ((0, 0, 0), (4, 0, 0), (2, 2, 0))
+        corners = struct.pack("<12f", 0, 0, 1, *(x for p in points for x in p))
+        off = b"OFF BINARY\n" + struct.pack(">3i", 3, 1, 0) + struct.pack(">9f", *(x for p in points for x in p)) + \
+            struct.pack(">4i", 3, 0, 1, 2)
+        for name, content, lost in (("plain.stl", bytes(80) + struct.pack("<i", 1) + corners + bytes(2), []),
+                                    ("red.stl", bytes(80) + struct.pack("<i", 1) + corners + b"\x1f\xfc",
+                                     ["attribute of faces: it is not read"]),
+                                    ("plain.off", off + struct.pack(">i", 0), []),
+                                    ("red.off", off + struct.pack(">i4f", 4, 1, 0, 0, 1), ["color of faces: it is not read"])):
+            self.assertEqual(self.json_of("remesh", self.file(name, content), self.folder / "out.ply")["lost"], lost, name)
+
     def test_ply_vertices(self):
         head = "ply\nformat ascii 1.0\ncomment TextureFile wood.png\nelement vertex 4\nproperty float x\nproperty float y\n" \
                "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty double heat\n" \
