@@ -104,6 +104,12 @@ class Loading(unittest.TestCase):
                              "for t in threads: t.join()\n"
                              "print(len(found), len(set(map(id, found))))"), "8 1")
 
+    def test_a_signal_handler_meets_no_lock_of_its_own_thread(self):
+        self.assertEqual(run("import signal, delmesh; from delmesh import _library; token = delmesh.CancelToken()\n"
+                             "def handler(*_): token.cancel(); print(delmesh.version() != '', token.cancelled)\n"
+                             "signal.signal(signal.SIGUSR1, handler); signal.alarm(20)\n"
+                             "with token._lock, _library._lock: signal.raise_signal(signal.SIGUSR1)"), "True True")
+
     def test_a_missing_file_is_a_sentence(self):
         said = run(WHICH, DELMESH_LIBRARY="/nonexistent/libdelmesh.so")
         self.assertRegex(said, r"^LibraryNotFound /nonexistent/libdelmesh.so could not be loaded: .+")

@@ -59,7 +59,7 @@ class Library:
         return f"{number >> 16}.{number >> 8 & 255}.{number & 255}"
 
 
-_lock = threading.Lock()
+_lock = threading.RLock()  # a signal handler may come to it, too
 _default = None
 
 

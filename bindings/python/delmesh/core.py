@@ -82,7 +82,7 @@ class CancelToken:
     """Cancels, from any thread, the calls it is given to, now and later: cancel() is final."""
 
     def __init__(self):
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler of this thread may cancel while it is held
         self._contexts = []
         self.cancelled = False
 
