@@ -92,7 +92,7 @@ delmesh_view view(const T* data, std::size_t count, int32_t components = 1, std:
 template <class T>
 delmesh_view view(const std::vector<T>& numbers, int32_t components = 1) {
     const auto width = static_cast<std::size_t>(components);
-    if (numbers.size() % width != 0) throw std::invalid_argument("The vector did not hold whole elements.");
+    if (components < 1 || numbers.size() % width != 0) throw std::invalid_argument("The vector did not hold whole elements.");
     return view(numbers.data(), numbers.size() / width, components);
 }
 template <class T>

@@ -123,6 +123,10 @@ void errors() {
     EXPECT(unread.status() == DELMESH_ERROR_INVALID_ARGUMENT);
     EXPECT(std::strcmp(unread.what(), "DELMESH_ERROR_INVALID_ARGUMENT") == 0);
     thrown_by<std::invalid_argument>([&] { context.create(std::vector<double>(4), kCorners); });
+    for (const int32_t components : {0, -1}) {
+        const auto transfer = [&] { context.transfer(mesh, DELMESH_DOMAIN_VERTEX, 0, std::vector<float>(4), components); };
+        thrown_by<std::invalid_argument>(transfer);
+    }
     delmesh::RemeshOptions options;
     options.max_vertices = 3;
     delmesh::RemeshReport report;
