@@ -65,6 +65,8 @@ class Remesh(unittest.TestCase):
                 (lambda: delmesh.remesh(mesh, mode="smooth"), delmesh.InvalidArgument, "'mode' was 'smooth', .* preserve, flip"),
                 (lambda: delmesh.remesh(mesh, mode=7), delmesh.InvalidArgument, "'mode' was 7"),
                 (lambda: delmesh.remesh(mesh, precision="float16"), delmesh.InvalidArgument, "'precision'"),
+                (lambda: delmesh.remesh(mesh, precision="double double"), delmesh.InvalidArgument,
+                 "'precision' was 'double double', which is not one of float32, float64"),
                 (lambda: delmesh.remesh(mesh, feature_angle=float("nan")), delmesh.InvalidArgument, "'feature_angle'"),
                 (lambda: delmesh.distance(mesh, mesh, relative_error=-1), delmesh.InvalidArgument, "'relative_error'"),
                 # what ctypes would store without the bits that do not fit
