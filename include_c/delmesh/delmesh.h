@@ -65,6 +65,7 @@ extern "C" {
 
 typedef struct delmesh_context delmesh_context;
 typedef struct delmesh_mesh delmesh_mesh;
+typedef struct delmesh_cage delmesh_cage;
 
 enum {
     DELMESH_OK = 0,
@@ -80,7 +81,8 @@ enum {
     DELMESH_ERROR_STRICT = -10,            /* the input needs a repair, and `strict` forbids repairs */
     DELMESH_ERROR_VERTEX_LIMIT = -11,      /* max_vertices was reached before the mesh was Delaunay */
     DELMESH_ERROR_PRECISION = -12,         /* the output precision cannot hold a Delaunay mesh here; the sentence names the face */
-    DELMESH_ERROR_UNSUPPORTED = -13,       /* an option of a newer header is set that this library does not know */
+    /* an option of a newer header is set that this library does not know; or what it was built without is asked for */
+    DELMESH_ERROR_UNSUPPORTED = -13,
     DELMESH_ERROR_BUSY = -14,              /* the context is in use by another thread, or by the callback's own caller */
     DELMESH_ERROR_INTERNAL = -15           /* a defect of the library: please report it with the sentence */
 };
@@ -273,8 +275,8 @@ DELMESH_API void delmesh_mesh_info_init(delmesh_mesh_info* info, uint32_t struct
 /* Counts of a mesh. info->struct_size must be set. O(1). Errors: INVALID_ARGUMENT. */
 DELMESH_API int32_t delmesh_mesh_get_info(const delmesh_mesh* mesh, delmesh_mesh_info* info);
 
-/* How many interior edges have a border of the layer with that number in mesh_create, kept or not. O(1).
- * Errors: INVALID_ARGUMENT (also for meshes that mesh_create did not make). */
+/* How many interior edges have a border of the layer with that number in mesh_create, or in cage_create, kept or not. O(1).
+ * Errors: INVALID_ARGUMENT (also for meshes that neither mesh_create nor subdivide made). */
 DELMESH_API int32_t delmesh_mesh_layer_borders(const delmesh_mesh* mesh, int32_t layer, int64_t* edges);
 
 /* Arrays of a mesh. V vertices, F triangles, 3 F corners, E edges. Corner 3 f + k is the k-th of face f; "its" edge goes from
@@ -299,8 +301,14 @@ enum {
     DELMESH_CORNER_MAP_CORNER = 13, /* 3F x 3: three corners of the source, as the caller numbers them ... */
     DELMESH_CORNER_MAP_WEIGHT = 14, /* 3F x 3 float64: ... and weights (sum 1), where the corner lies, on its own side of every
                                        seam */
-    DELMESH_EDGE_SOURCE_EDGE = 15   /* E: the source edge that the edge is a piece of (the number in edge_verts if the caller gave
+    DELMESH_EDGE_SOURCE_EDGE = 15,  /* E: the source edge that the edge is a piece of (the number in edge_verts if the caller gave
                                        these, else in the source's EDGE_VERT), -1: none */
+    /* Only of meshes from delmesh_subdivide, and of results that were made from these with the option `map`: */
+    DELMESH_CORNER_CAGE_FACE = 16,  /* 3F x 1: the face of the cage that the corner lies on ... */
+    DELMESH_CORNER_CAGE_PLACE = 17, /* 3F x 2 float32: ... and where on it (see Subdivide), on its own side of every seam, crease */
+    DELMESH_VERT_CAGE_FACE = 18,    /* V x 1: those of the vertex's first corner; of a vertex that no face uses -1 ... */
+    DELMESH_VERT_CAGE_PLACE = 19,   /* V x 2 float32: ... and (0, 0) */
+    DELMESH_FACE_CAGE_FACE = 20     /* F: the face of the cage whose material, face set... the face has */
 };
 
 enum {
@@ -627,6 +635,123 @@ typedef struct delmesh_rows_mut {
 DELMESH_API int32_t delmesh_transfer_sparse(delmesh_context* context, const delmesh_mesh* mesh, const delmesh_rows* source,
                                             int32_t limit, int32_t normalise, const delmesh_rows_mut* target);
 
+/* ---- Subdivide ------------------------------------------------------------------------------------------------------------ */
+
+/* A cage is a polygon mesh that stands for the smooth surface which subdividing it for ever would lead to, its limit surface
+ * (docs/subdivide.md). Evaluation is OpenSubdiv's; a library that was built without it answers UNSUPPORTED.
+ *
+ * A place on a face of a cage is two numbers. On quads, and on triangles of the Loop scheme, they are OpenSubdiv's (s, t): corners at
+ * (0,0) (1,0) (1,1) (0,1), of triangles (0,0) (1,0) (0,1). On other polygons, n-gons, they are a point of the regular n-gon with
+ * corner i at (cos 2 pi i / n, sin 2 pi i / n). Places between places of one face are on the face. */
+enum { DELMESH_SCHEME_CATMULL_CLARK = 0, DELMESH_SCHEME_LOOP = 1, DELMESH_SCHEME_BILINEAR = 2 };
+/* What becomes of the cage's boundary. _AND_CORNER: boundary edges are sharp, and so are vertices of one face; _EDGE: edges only;
+ * _NONE: faces at the boundary have no limit surface and are left out. */
+enum { DELMESH_CAGE_BOUNDARY_EDGE_AND_CORNER = 0, DELMESH_CAGE_BOUNDARY_EDGE = 1, DELMESH_CAGE_BOUNDARY_NONE = 2 };
+/* Where face-varying layers (UV maps) are linear instead of smooth, OpenSubdiv's FVarLinearInterpolation: on the boundaries of
+ * their islands; nowhere; at their corners; also at ... (1 and 2); everywhere. */
+enum {
+    DELMESH_FACE_VARYING_BOUNDARIES = 0,
+    DELMESH_FACE_VARYING_NONE = 1,
+    DELMESH_FACE_VARYING_CORNERS_ONLY = 2,
+    DELMESH_FACE_VARYING_CORNERS_PLUS1 = 3,
+    DELMESH_FACE_VARYING_CORNERS_PLUS2 = 4,
+    DELMESH_FACE_VARYING_ALL = 5
+};
+enum { DELMESH_CREASING_UNIFORM = 0, DELMESH_CREASING_CHAIKIN = 1 };
+
+typedef struct delmesh_cage_desc {
+    uint32_t struct_size;
+    int32_t scheme;           /* DELMESH_SCHEME_*; Loop takes triangles only */
+    int32_t boundary;         /* DELMESH_CAGE_BOUNDARY_* */
+    int32_t face_varying;     /* DELMESH_FACE_VARYING_* */
+    int32_t creasing;         /* DELMESH_CREASING_*: how sharpness changes along a crease */
+    int32_t smooth_triangles; /* 1: Catmull-Clark treats triangles so that they leave less of a bump. Default 0 */
+    delmesh_view positions;   /* V x 3, float32 or float64, finite */
+    /* Faces as in delmesh_mesh_desc, of 3 corners and more, none with a vertex twice. Edges may have any number of faces: where
+     * more than two meet, and around pinched vertices, the surface is creased, and cut as delmesh_mesh_create would. */
+    delmesh_view corner_verts;
+    delmesh_view face_offsets;
+    delmesh_view face_sizes;
+    delmesh_view crease_edges;     /* optional, M x 2 vertex indices */
+    delmesh_view crease_sharpness; /* M float32 or float64, >= 0: so many subdivisions an edge stays sharp; 10 and more: for ever */
+    delmesh_view sharp_verts;      /* optional, N vertex indices */
+    delmesh_view vert_sharpness;   /* N, in the same unit */
+    delmesh_view holes;            /* optional, face indices: faces that shape the surface, and are left out of it */
+    /* Optional, as in delmesh_mesh_desc: marks, which the pieces of an edge inherit. Creases have DELMESH_EDGE_CREASE anyway. */
+    delmesh_view edge_verts;
+    delmesh_view edge_marks;
+    /* Optional, as in delmesh_mesh_desc. Layers at corners are face-varying: values at a vertex that are equal, or within their
+     * `tolerance`, are one value */
+    const delmesh_layer* layers;
+    int32_t layer_count; /* 0..64 */
+    int32_t reserved0;
+} delmesh_cage_desc;
+
+DELMESH_API void delmesh_cage_desc_init(delmesh_cage_desc* desc, uint32_t struct_size);
+
+/* Copies and prepares a cage. It never changes once made: any thread may read it, and it may outlive its context.
+ * Errors: INVALID_ARGUMENT, INDEX_OUT_OF_RANGE, NO_SURFACE (no face), TOO_LARGE (more than 65,535 corners of a face or at a
+ * vertex), UNSUPPORTED, memory. O(n). Some 500 bytes per face, of which OpenSubdiv takes its part from the C++ runtime. */
+DELMESH_API int32_t delmesh_cage_create(delmesh_context* context, const delmesh_cage_desc* desc, delmesh_cage** out);
+DELMESH_API void delmesh_cage_destroy(delmesh_cage* cage); /* NULL is fine */
+
+/* How fine. */
+enum {
+    DELMESH_FINENESS_RATE = 0,        /* so many pieces per edge of the cage, 1..4096 */
+    DELMESH_FINENESS_EDGE_LENGTH = 1, /* the lowest rate that cuts every edge of the cage, as it lies on the limit surface, into
+                                         pieces of at most this length on average */
+    DELMESH_FINENESS_FACES = 2        /* the highest rate that makes at most so many triangles (1, if none does) */
+};
+/* DELMESH_EVALUATION_BFR: every point on its own, any rate. _FAR: OpenSubdiv's uniform refinement, then its limit: rates that are
+ * powers of two from 2 on, memory outside of the context's limit, one thread; the cross-check. */
+enum { DELMESH_EVALUATION_BFR = 0, DELMESH_EVALUATION_FAR = 1 };
+
+typedef struct delmesh_subdivide_options {
+    uint32_t struct_size;
+    int32_t fineness;   /* DELMESH_FINENESS_RATE */
+    double value;       /* of it. 8 */
+    int32_t evaluation; /* DELMESH_EVALUATION_BFR */
+    int32_t precision;  /* of the result: DELMESH_FLOAT32 (default) or DELMESH_FLOAT64 */
+} delmesh_subdivide_options;
+
+DELMESH_API void delmesh_subdivide_options_init(delmesh_subdivide_options* options, uint32_t struct_size);
+
+typedef struct delmesh_subdivide_report {
+    uint32_t struct_size;
+    int32_t rate;              /* that was taken */
+    int64_t vertices, faces;
+    int64_t left_out_faces;    /* of the cage: holes, and those without a limit surface */
+    int64_t unmatched_creases; /* crease_edges that are no edge of a face */
+    double longest_edge;       /* of the cage's edges on the limit surface, as found for _EDGE_LENGTH; else 0 */
+    double seconds_total;
+    uint64_t peak_bytes;       /* of the context's allocator, during this call */
+} delmesh_subdivide_report;
+
+DELMESH_API void delmesh_subdivide_report_init(delmesh_subdivide_report* report, uint32_t struct_size);
+
+/* Triangles with their vertices on the limit surface, `rate` pieces per edge of the cage; watertight where the cage is: what faces of
+ * the cage share is made once. Pieces of creased and marked edges, and of borders of layers, have their bits in
+ * DELMESH_EDGE_FLAGS. DELMESH_FACE_SOURCE is the cage's face, so delmesh_transfer carries layers of faces over; for others:
+ * delmesh_limit_values. The mesh's own source is itself. options: NULL for the defaults; report: may be NULL.
+ * Errors: INVALID_ARGUMENT, TOO_LARGE, NO_SURFACE (every face is left out), NON_ORIENTABLE, memory, CANCELLED. O(n), parallel. */
+DELMESH_API int32_t delmesh_subdivide(delmesh_context* context, const delmesh_cage* cage, const delmesh_subdivide_options* options,
+                                      delmesh_mesh** out, delmesh_subdivide_report* report);
+
+/* Values of the cage on its limit surface, at the places of `mesh`, which has these (DELMESH_CORNER_CAGE_*) on a cage with the
+ * same faces. source: float32 or float64, 1..16 components; target: the same components, float32 or float64.
+ * domain VERTEX: source has one element per vertex of the cage, and is smooth as its positions are (weights, colours, other
+ * poses); target one per vertex of `mesh`, at DELMESH_VERT_CAGE_*. layer: -1.
+ * domain CORNER: source has one element per corner of the cage, for the face-varying `layer` of that number; target one per
+ * corner of `mesh`. Corners that are one value in the layer have that of the first of them. source may be NULL: the layer's own.
+ * Errors: INVALID_ARGUMENT, memory, CANCELLED (target is then partly written). O(n), parallel. */
+DELMESH_API int32_t delmesh_limit_values(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
+                                         int32_t domain, int32_t layer, const delmesh_view* source,
+                                         const delmesh_view_mut* target);
+/* Unit normals of the limit surface at the corners of `mesh`, 3F x 3; (0, 0, 0) where it has none. positions: V x 3 of the cage, in
+ * another pose; NULL: those it was made with. Otherwise as delmesh_limit_values. */
+DELMESH_API int32_t delmesh_limit_normals(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
+                                          const delmesh_view* positions, const delmesh_view_mut* target);
+
 /* ---- Certify -------------------------------------------------------------------------------------------------------------- */
 
 typedef struct delmesh_certify_options {
@@ -755,6 +880,17 @@ typedef struct delmesh_api {
                                const delmesh_rows_mut*);
     int32_t (*transfer_fitted)(delmesh_context*, const delmesh_mesh*, const delmesh_mesh*, int32_t, int32_t, const delmesh_view*,
                                const delmesh_view_mut*);
+    void (*cage_desc_init)(delmesh_cage_desc*, uint32_t);
+    int32_t (*cage_create)(delmesh_context*, const delmesh_cage_desc*, delmesh_cage**);
+    void (*cage_destroy)(delmesh_cage*);
+    void (*subdivide_options_init)(delmesh_subdivide_options*, uint32_t);
+    void (*subdivide_report_init)(delmesh_subdivide_report*, uint32_t);
+    int32_t (*subdivide)(delmesh_context*, const delmesh_cage*, const delmesh_subdivide_options*, delmesh_mesh**,
+                         delmesh_subdivide_report*);
+    int32_t (*limit_values)(delmesh_context*, const delmesh_cage*, const delmesh_mesh*, int32_t, int32_t, const delmesh_view*,
+                            const delmesh_view_mut*);
+    int32_t (*limit_normals)(delmesh_context*, const delmesh_cage*, const delmesh_mesh*, const delmesh_view*,
+                             const delmesh_view_mut*);
 } delmesh_api;
 
 /* The table, static in the library; NULL if the library does not speak this abi_version (pass DELMESH_ABI_VERSION). */

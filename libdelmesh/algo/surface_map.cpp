@@ -567,10 +567,41 @@ Status map_corners(Context& context, const Mesh& in, EdgeBits kept, VertexTraces
     return Mapping(context, in, kept, std::move(traces), out).run();
 }
 
+namespace {
+
+constexpr int64_t kMany = 1 << 16;
+
+// A corner's place on the source is in one triangle of it, whose corners have their places on one face of the cage: on a face, places
+// between places are on it.
+Status carry_cage_places(Context& context, const Mesh& in, Mesh& out) {
+    out.cage = in.cage;
+    out.corner_cage.resize_uninitialized(out.corners());
+    out.face_cage.resize_uninitialized(out.faces());
+    return context.parallel(out.faces(), kMany, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t f = begin; f < end; ++f) out.face_cage[f] = cage_face(in, source_of(out.face_source, f));
+        for (int64_t c = 3 * begin; c < 3 * end; ++c) {
+            const CornerPlace place = corner_place(out, static_cast<int32_t>(c));
+            const CagePlace& first = in.corner_cage[place.corner[0]];
+            out.corner_cage[c] = first;
+            if (place.weight[0] == 1) continue;
+            double s = 0, t = 0;
+            for (int k = 0; k < 3; ++k) {
+                const CagePlace& of = in.corner_cage[place.corner[k]];
+                s += place.weight[k] * static_cast<double>(of.s);
+                t += place.weight[k] * static_cast<double>(of.t);
+            }
+            out.corner_cage[c] = {first.face, static_cast<float>(s), static_cast<float>(t)};
+        }
+    });
+}
+
+} // namespace
+
 Status name_places(Context& context, const Mesh& in, Mesh& out) {
     set_source_counts(in, out);
-    if (!out.has_map || !in.imported) return DELMESH_OK;
-    constexpr int64_t kMany = 1 << 16;
+    if (!out.has_map) return DELMESH_OK;
+    if (in.cage != 0) DM_TRY(carry_cage_places(context, in, out));
+    if (!in.imported) return DELMESH_OK;
     if (!in.corner_map.empty()) {
         DM_TRY(context.parallel(out.corner_map.size(), kMany, [&](int64_t, int64_t begin, int64_t end) {
             for (int64_t c = begin; c < end; ++c)

@@ -62,6 +62,18 @@ Shape shape_of(const Mesh& mesh, int32_t what) {
         case DELMESH_EDGE_SOURCE_EDGE:
             return {edges, 1, kInt, kIndexTypes, mesh.edge_source.data()};
         }
+    if (mesh.cage != 0) switch (what) {
+        case DELMESH_CORNER_CAGE_FACE:
+            return {corners, 1, kInt, kIndexTypes, nullptr, true};
+        case DELMESH_CORNER_CAGE_PLACE:
+            return {corners, 2, DELMESH_FLOAT32, kFloatTypes, nullptr};
+        case DELMESH_VERT_CAGE_FACE:
+            return {verts, 1, kInt, kIndexTypes, nullptr};
+        case DELMESH_VERT_CAGE_PLACE:
+            return {verts, 2, DELMESH_FLOAT32, kFloatTypes, nullptr};
+        case DELMESH_FACE_CAGE_FACE:
+            return {faces, 1, kInt, kIndexTypes, nullptr};
+        }
     return {0, 0, 0, 0, nullptr};
 }
 
@@ -75,6 +87,7 @@ int32_t edge_flags(const Mesh& mesh, int32_t c) {
 
 // Whether an unsigned type cannot hold an array, which has a -1 in it. All other indices fit all types of theirs.
 bool has_negative(const Mesh& mesh, int32_t what) {
+    if (what == DELMESH_VERT_CAGE_FACE) return mesh.counts.isolated_vertices != 0;
     const Array<int32_t>* const array = what == DELMESH_CORNER_TWIN        ? &mesh.corner_twin
                                         : what == DELMESH_VERT_SOURCE      ? &mesh.vert_source
                                         : what == DELMESH_VERT_PARENT      ? &mesh.vert_parent
@@ -156,6 +169,16 @@ void write_integers(const Mesh& mesh, int32_t what, const Strided<T>& out) {
     case DELMESH_EDGE_SOURCE_EDGE:
         for (; edge < mesh.counts.edges; ++edge) *out.element(edge) = static_cast<T>(source_of(mesh.edge_source, edge));
         break;
+    case DELMESH_CORNER_CAGE_FACE:
+        for (int32_t c = 0; c < corners; ++c) out.corner(c) = static_cast<T>(mesh.corner_cage[c].face);
+        break;
+    case DELMESH_VERT_CAGE_FACE: // of corners from the last on, so that the first is what stays
+        for (int32_t v = 0; v < verts; ++v) *out.element(v) = static_cast<T>(-1);
+        for (int32_t c = corners - 1; c >= 0; --c) *out.element(mesh.corner_vert[c]) = static_cast<T>(mesh.corner_cage[c].face);
+        break;
+    case DELMESH_FACE_CAGE_FACE:
+        for (int32_t f = 0; f < faces; ++f) *out.element(f) = static_cast<T>(cage_face(mesh, f));
+        break;
     case DELMESH_CORNER_TWIN:
         for (int32_t c = 0; c < corners; ++c) out.corner(c) = static_cast<T>(mesh.corner_twin[c] < 0 ? -1 : mesh.corner_twin[c]);
         break;
@@ -183,11 +206,27 @@ void write_positions(const Array<From>& positions, const Strided<To>& out) {
 }
 
 template <class T>
+void write_cage_places(const Mesh& mesh, int32_t what, const Strided<T>& out) {
+    const auto write = [&](int64_t i, float s, float t) {
+        out.element(i)[0] = static_cast<T>(s);
+        out.element(i)[1] = static_cast<T>(t);
+    };
+    const bool of_verts = what == DELMESH_VERT_CAGE_PLACE;
+    for (int32_t v = 0; of_verts && v < mesh.vertices(); ++v) write(v, 0, 0);
+    for (int32_t c = mesh.corners() - 1; c >= 0; --c)
+        write(of_verts ? mesh.corner_vert[c] : c, mesh.corner_cage[c].s, mesh.corner_cage[c].t);
+}
+
+template <class T>
 void write_floats(const Mesh& mesh, int32_t what, const Strided<T>& out) {
     if (what == DELMESH_VERT_MAP_WEIGHT)
-        write_weights(mesh.vertices(), [&](int32_t v) { return vertex_map(mesh, v); }, out);
+        write_weights(
+            mesh.vertices(), [&](int32_t v) { return vertex_map(mesh, v); }, out);
     else if (what == DELMESH_CORNER_MAP_WEIGHT)
-        write_weights(mesh.corners(), [&](int32_t c) { return corner_place(mesh, c); }, out);
+        write_weights(
+            mesh.corners(), [&](int32_t c) { return corner_place(mesh, c); }, out);
+    else if (what == DELMESH_CORNER_CAGE_PLACE || what == DELMESH_VERT_CAGE_PLACE)
+        write_cage_places(mesh, what, out);
     else if (mesh.precision == Precision::f32)
         write_positions(mesh.pos32, out);
     else

@@ -6,6 +6,7 @@
 #include "algo/remesh.h"
 #include "algo/surface_map.h"
 #include "api/arrays.h"
+#include "api/cages.h"
 #include "api/findings.h"
 #include "api/guard.h"
 #include "api/levels.h"
@@ -15,6 +16,7 @@
 #include "api/views.h"
 #include "mesh/build.h"
 #include "mesh/validate.h"
+#include "subdiv/subdivide.h"
 
 using namespace dm;
 
@@ -237,6 +239,61 @@ int32_t delmesh_transfer_sparse(delmesh_context* context, const delmesh_mesh* me
     });
 }
 
+// ---- Subdivide --------------------------------------------------------------------------------------------------------------
+
+void delmesh_cage_desc_init(delmesh_cage_desc* desc, uint32_t struct_size) {
+    init_struct(desc, struct_size);
+}
+void delmesh_subdivide_options_init(delmesh_subdivide_options* options, uint32_t struct_size) {
+    init_struct(options, struct_size);
+}
+void delmesh_subdivide_report_init(delmesh_subdivide_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
+
+int32_t delmesh_cage_create(delmesh_context* context, const delmesh_cage_desc* desc, delmesh_cage** out) {
+    return guarded(context, out, [&](Context& c, Cage& made) {
+        delmesh_cage_desc checked;
+        CageInput input;
+        DM_TRY(read_options(c, desc, checked));
+        DM_TRY(check_cage(c, checked, input));
+        return made.build(c, input);
+    });
+}
+
+int32_t delmesh_subdivide(delmesh_context* context, const delmesh_cage* cage, const delmesh_subdivide_options* options,
+                          delmesh_mesh** out, delmesh_subdivide_report* report) {
+    Report result(report);
+    return guarded(context, out, [&](Context& c, Mesh& made) {
+        delmesh_subdivide_options checked;
+        const Meter meter(c.memory(), result.value.seconds_total, result.value.peak_bytes);
+        DM_TRY(require(c, "cage", cage));
+        DM_TRY(result.check(c));
+        DM_TRY(read_options(c, options, checked));
+        return subdivide(c, cage->cage, checked, made, result.value);
+    });
+}
+
+int32_t delmesh_limit_values(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh, int32_t domain,
+                             int32_t layer, const delmesh_view* source, const delmesh_view_mut* target) {
+    return guarded(context, [&](Context& c) {
+        DM_TRY(require(c, "cage", cage));
+        DM_TRY(require(c, "mesh", mesh));
+        DM_TRY(require(c, "target", target));
+        return limit_values(c, cage->cage, mesh->mesh, domain, layer, source, *target);
+    });
+}
+
+int32_t delmesh_limit_normals(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
+                              const delmesh_view* positions, const delmesh_view_mut* target) {
+    return guarded(context, [&](Context& c) {
+        DM_TRY(require(c, "cage", cage));
+        DM_TRY(require(c, "mesh", mesh));
+        DM_TRY(require(c, "target", target));
+        return limit_normals(c, cage->cage, mesh->mesh, positions, *target);
+    });
+}
+
 // ---- Certify ----------------------------------------------------------------------------------------------------------------
 
 void delmesh_certify_options_init(delmesh_certify_options* options, uint32_t struct_size) {
@@ -342,6 +399,14 @@ const delmesh_api* delmesh_get_api(uint32_t abi_version) {
         delmesh_transfer,
         delmesh_transfer_sparse,
         delmesh_transfer_fitted,
+        delmesh_cage_desc_init,
+        delmesh_cage_create,
+        delmesh_cage_destroy,
+        delmesh_subdivide_options_init,
+        delmesh_subdivide_report_init,
+        delmesh_subdivide,
+        delmesh_limit_values,
+        delmesh_limit_normals,
     };
     return abi_version == DELMESH_ABI_VERSION ? &kApi : nullptr;
 }

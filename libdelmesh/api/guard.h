@@ -55,6 +55,20 @@ Status guarded(delmesh_context* context, delmesh_mesh** out, Body&& body) noexce
     return status;
 }
 
+// The same for calls that make a cage: Status body(Context&, Cage& made).
+template <class Body>
+Status guarded(delmesh_context* context, delmesh_cage** out, Body&& body) noexcept {
+    if (out != nullptr) *out = nullptr;
+    CageHandle made;
+    const Status status = guarded(context, [&](Context& c) {
+        if (out == nullptr) return c.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'out' was NULL.");
+        made = new_cage(c.memory());
+        return body(c, made->cage);
+    });
+    if (status == DELMESH_OK) *out = made.release();
+    return status;
+}
+
 // The same for calls that make a family of meshes: Status body(Context&, Mesh* const* made). Where `count` is no level count,
 // nothing is known about how long `out` is, and body, which has to refuse it, gets no meshes.
 template <class Body>

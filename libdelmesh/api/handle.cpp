@@ -28,14 +28,31 @@ void destroy_context(delmesh_context* context) {
     memory.release();
 }
 
-MeshHandle new_mesh(Memory& memory) { return MeshHandle(new (memory.allocate(sizeof(delmesh_mesh))) delmesh_mesh(memory)); }
+MeshHandle new_mesh(Memory& memory) {
+    return MeshHandle(new (memory.allocate(sizeof(delmesh_mesh))) delmesh_mesh(memory));
+}
+CageHandle new_cage(Memory& memory) {
+    return CageHandle(new (memory.allocate(sizeof(delmesh_cage))) delmesh_cage(memory));
+}
+
+namespace {
+template <class Handle>
+void destroy_handle(Handle* handle) {
+    if (handle == nullptr) return;
+    Memory& memory = handle->memory;
+    handle->~Handle();
+    memory.deallocate(handle, sizeof(Handle));
+    memory.release();
+}
+} // namespace
 
 } // namespace dm
 
-extern "C" void delmesh_mesh_destroy(delmesh_mesh* mesh) {
-    if (mesh == nullptr) return;
-    dm::Memory& memory = mesh->memory;
-    mesh->~delmesh_mesh();
-    memory.deallocate(mesh, sizeof(delmesh_mesh));
-    memory.release();
+extern "C" {
+void delmesh_mesh_destroy(delmesh_mesh* mesh) {
+    dm::destroy_handle(mesh);
+}
+void delmesh_cage_destroy(delmesh_cage* cage) {
+    dm::destroy_handle(cage);
+}
 }

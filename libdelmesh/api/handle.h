@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the two opaque handles of delmesh.h are. Both live in the context's Memory, which a mesh keeps alive, so that meshes may
+// What the opaque handles of delmesh.h are. All live in the context's Memory, which meshes and cages keep alive, so that they may
 // outlive their context.
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include "base/context.h"
 #include "mesh/mesh.h"
+#include "subdiv/cage.h"
 
 struct delmesh_context final : dm::Context {
     using dm::Context::Context;
@@ -18,7 +19,7 @@ struct delmesh_mesh {
     explicit delmesh_mesh(dm::Memory& from) : memory(from), mesh(from) { memory.retain(); }
     ~delmesh_mesh();
 
-    static constexpr int32_t kArrays = DELMESH_EDGE_SOURCE_EDGE + 1; // the array numbers of delmesh.h are indices below
+    static constexpr int32_t kArrays = DELMESH_FACE_CAGE_FACE + 1; // the array numbers of delmesh.h are indices below
 
     dm::Memory& memory;
     dm::Mesh mesh;
@@ -32,15 +33,27 @@ struct delmesh_mesh {
     mutable std::mutex derive;
 };
 
+struct delmesh_cage {
+    explicit delmesh_cage(dm::Memory& from) : memory(from), cage(from) { memory.retain(); }
+
+    dm::Memory& memory;
+    dm::Cage cage;
+};
+
 namespace dm {
 
 struct DestroyMesh {
     void operator()(delmesh_mesh* mesh) const { delmesh_mesh_destroy(mesh); }
 };
 using MeshHandle = std::unique_ptr<delmesh_mesh, DestroyMesh>;
+struct DestroyCage {
+    void operator()(delmesh_cage* cage) const { delmesh_cage_destroy(cage); }
+};
+using CageHandle = std::unique_ptr<delmesh_cage, DestroyCage>;
 
 Status create_context(const delmesh_context_options& options, delmesh_context*& out); // options have been checked
 void destroy_context(delmesh_context* context);
 MeshHandle new_mesh(Memory& memory); // empty; throws AllocationFailure
+CageHandle new_cage(Memory& memory); // the same
 
 } // namespace dm

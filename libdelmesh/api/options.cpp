@@ -101,6 +101,22 @@ delmesh_decimate_report defaults() {
 }
 
 template <>
+delmesh_cage_desc defaults() {
+    return sized<delmesh_cage_desc>();
+}
+template <>
+delmesh_subdivide_options defaults() {
+    auto options = sized<delmesh_subdivide_options>();
+    options.value = 8;
+    options.precision = DELMESH_FLOAT32;
+    return options;
+}
+template <>
+delmesh_subdivide_report defaults() {
+    return sized<delmesh_subdivide_report>();
+}
+
+template <>
 delmesh_distance_options defaults() {
     auto options = sized<delmesh_distance_options>();
     options.compute_bound = 1;
@@ -235,6 +251,35 @@ Status read_options(Context& context, const delmesh_decimate_options* given, del
     DM_TRY(check_number(context, "boundary_weight", out.boundary_weight, 0, kInfinity));
     DM_TRY(check_number(context, "prune", out.prune, 0, kInfinity));
     return check_map_and_release(context, out.map, out.release);
+}
+
+Status read_options(Context& context, const delmesh_cage_desc* given, delmesh_cage_desc& out) {
+    if (given == nullptr) return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The argument 'desc' was NULL.");
+    DM_TRY(read_sized(context, "desc", given, out));
+    DM_TRY(check_integer(context, "scheme", out.scheme, DELMESH_SCHEME_CATMULL_CLARK, DELMESH_SCHEME_BILINEAR));
+    DM_TRY(check_integer(context, "boundary", out.boundary, DELMESH_CAGE_BOUNDARY_EDGE_AND_CORNER, DELMESH_CAGE_BOUNDARY_NONE));
+    DM_TRY(check_integer(context, "face_varying", out.face_varying, DELMESH_FACE_VARYING_BOUNDARIES, DELMESH_FACE_VARYING_ALL));
+    DM_TRY(check_integer(context, "creasing", out.creasing, DELMESH_CREASING_UNIFORM, DELMESH_CREASING_CHAIKIN));
+    DM_TRY(check_integer(context, "smooth_triangles", out.smooth_triangles, 0, 1));
+    DM_TRY(check_integer(context, "layer_count", out.layer_count, 0, 64));
+    return check_integer(context, "reserved0", out.reserved0, 0, 0);
+}
+
+Status read_options(Context& context, const delmesh_subdivide_options* given, delmesh_subdivide_options& out) {
+    constexpr double kHighestRate = 4096;
+    DM_TRY(read_sized(context, "options", given, out));
+    DM_TRY(check_integer(context, "fineness", out.fineness, DELMESH_FINENESS_RATE, DELMESH_FINENESS_FACES));
+    if (out.fineness == DELMESH_FINENESS_RATE) {
+        DM_TRY(check_number(context, "value", out.value, 1, kHighestRate));
+        if (out.value != std::floor(out.value))
+            return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The option 'value' was %s, and rates are whole numbers.",
+                                Number(out.value).text);
+    } else if (!(out.value > 0)) { // NaN too
+        return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "The option 'value' was %s, which is not more than 0.",
+                            Number(out.value).text);
+    }
+    DM_TRY(check_integer(context, "evaluation", out.evaluation, DELMESH_EVALUATION_BFR, DELMESH_EVALUATION_FAR));
+    return check_integer(context, "precision", out.precision, DELMESH_FLOAT32, DELMESH_FLOAT64);
 }
 
 Status read_options(Context& context, const delmesh_certify_options* given, delmesh_certify_options& out) {

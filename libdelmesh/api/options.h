@@ -16,7 +16,9 @@ T defaults();
 constexpr uint32_t kLargestStruct = 4096; // a larger struct_size is an uninitialised one
 
 // A struct_size that some version of T may have had: whole 8-byte words, so that no field was cut in half.
-inline bool is_struct_size(uint32_t size) { return size >= 8 && size % 8 == 0 && size <= kLargestStruct; }
+inline bool is_struct_size(uint32_t size) {
+    return size >= 8 && size % 8 == 0 && size <= kLargestStruct;
+}
 
 // Copies the common part of `given` over `out`, which holds the defaults. UNSUPPORTED when `given` is longer and not zero there.
 Status copy_known_part(const void* given, void* out, uint32_t known_size);
@@ -57,11 +59,13 @@ private:
 };
 
 // NULL stands for the defaults. On success every field is in its documented range; sentinels are still sentinels.
-Status read_options(const delmesh_context_options* given, delmesh_context_options& out); // no context yet, so no sentence
+Status read_options(const delmesh_context_options* given, delmesh_context_options& out);       // no context yet, so no sentence
 Status read_options(Context& context, const delmesh_mesh_desc* given, delmesh_mesh_desc& out); // views: api/views
 Status read_options(Context& context, int32_t number, const delmesh_layer* given, delmesh_layer& out); // its view: api/views
 Status read_options(Context& context, const delmesh_remesh_options* given, delmesh_remesh_options& out);
 Status read_options(Context& context, const delmesh_decimate_options* given, delmesh_decimate_options& out); // views: api/levels
+Status read_options(Context& context, const delmesh_cage_desc* given, delmesh_cage_desc& out);               // views: api/cages
+Status read_options(Context& context, const delmesh_subdivide_options* given, delmesh_subdivide_options& out);
 Status read_options(Context& context, const delmesh_certify_options* given, delmesh_certify_options& out);
 Status read_options(Context& context, const delmesh_distance_options* given, delmesh_distance_options& out);
 

@@ -102,16 +102,10 @@ private:
     }
 
     Status read_marks(double fraction) {
-        constexpr int64_t kKnown = DELMESH_EDGE_MARKED | DELMESH_EDGE_SHARP | DELMESH_EDGE_SEAM | DELMESH_EDGE_CREASE;
         return with_numbers(input_.edge_marks, [&](auto mark) {
             return read("edge_verts", input_.edge_verts, fraction, fraction, [&](EdgeTable::Slot& slot, int64_t e) -> Status {
                 const int64_t bits = mark(e);
-                if ((bits & ~kKnown) != 0)
-                    return context_.fail(
-                        DELMESH_ERROR_INVALID_ARGUMENT,
-                        "edge_marks: mark %lld was %lld, which is no sum of DELMESH_EDGE_MARKED, _SHARP, _SEAM and "
-                        "_CREASE.",
-                        LL{e}, LL{bits});
+                DM_TRY(check_edge_mark(context_, e, bits));
                 slot.bits = static_cast<EdgeBits>(slot.bits | bits);
                 return DELMESH_OK;
             });
@@ -251,21 +245,33 @@ Status look_at_layer(Context& context, const delmesh_layer& given, MeshLayer& la
                 kept[c * layer.components + k] = static_cast<float>(values(source_of(mesh.corner_map, c), k));
     }));
     if (!(given.affine_tolerance < 0)) return DELMESH_OK;
-    double range = 0;
-    for (int32_t k = 0; k < layer.components; ++k) {
-        float low = std::numeric_limits<float>::infinity(), high = -low;
-        for (int64_t i = k; i < static_cast<int64_t>(mesh.corners()) * layer.components; i += layer.components) {
-            if (!std::isfinite(kept[i])) continue;
-            low = std::min(low, kept[i]);
-            high = std::max(high, kept[i]);
-        }
-        if (high > low) range = std::max(range, static_cast<double>(high) - low);
-    }
-    layer.affine_tolerance = 1e-5 * range;
+    layer.affine_tolerance = default_affine_tolerance(kept, mesh.corners(), layer.components);
     return DELMESH_OK;
 }
 
 } // namespace
+
+double default_affine_tolerance(const float* values, int64_t count, int32_t components) {
+    double range = 0;
+    for (int32_t k = 0; k < components; ++k) {
+        float low = std::numeric_limits<float>::infinity(), high = -low;
+        for (int64_t i = k; i < count * components; i += components) {
+            if (!std::isfinite(values[i])) continue;
+            low = std::min(low, values[i]);
+            high = std::max(high, values[i]);
+        }
+        if (high > low) range = std::max(range, static_cast<double>(high) - low);
+    }
+    return 1e-5 * range;
+}
+
+Status check_edge_mark(Context& context, int64_t e, int64_t bits) {
+    constexpr int64_t kKnown = DELMESH_EDGE_MARKED | DELMESH_EDGE_SHARP | DELMESH_EDGE_SEAM | DELMESH_EDGE_CREASE;
+    if ((bits & ~kKnown) == 0) return DELMESH_OK;
+    return context.fail(DELMESH_ERROR_INVALID_ARGUMENT,
+                        "edge_marks: mark %lld was %lld, which is no sum of DELMESH_EDGE_MARKED, _SHARP, _SEAM and _CREASE.",
+                        LL{e}, LL{bits});
+}
 
 EdgeBits border_bit(int32_t kind) {
     switch (kind) {

@@ -74,6 +74,12 @@ struct CornerPlace {
     double weight[3];
 };
 
+// A place on a face of a cage, as delmesh.h says under Subdivide.
+struct CagePlace {
+    int32_t face;
+    float s, t;
+};
+
 // A layer as it was given to mesh_create (docs/attributes.md).
 struct MeshLayer {
     int32_t kind, components;
@@ -94,7 +100,8 @@ struct Mesh {
     explicit Mesh(Memory& memory)
         : pos32(memory), pos64(memory), corner_vert(memory), corner_twin(memory), corner_bits(memory), cut_slots(memory),
           face_source(memory), vert_source(memory), vert_join(memory), vert_parent(memory), split_map(memory), corner_map(memory),
-          corner_places(memory), edge_source(memory), layers(memory), layer_values(memory) {}
+          corner_places(memory), edge_source(memory), layers(memory), layer_values(memory), corner_cage(memory),
+          face_cage(memory) {}
 
     // Made by mesh_create: its sources are the caller's arrays, and operations look through it to those. The sources of other
     // meshes are the mesh that they were made from.
@@ -118,10 +125,14 @@ struct Mesh {
     Array<CornerPlace> corner_places;
     Array<int32_t> edge_source; // E, in the order of first corners, or empty for the identity; -1: no piece of a source edge
     int64_t source_verts = 0, source_corners = 0, source_faces = 0, source_edges = 0;
-    // Only where imported, and only of layers whose values are needed again: components after each other, corner by corner of
+    // Only where imported or subdivided, and only of layers whose values are needed again: components after each other, corner by corner of
     // this mesh's own.
     Array<MeshLayer> layers;
     Array<float> layer_values;
+    // Where corners and faces lie on a cage; only of meshes that come from one.
+    uint64_t cage = 0;            // what tells cages of different faces apart; 0: none
+    Array<CagePlace> corner_cage; // 3 F
+    Array<int32_t> face_cage;     // F, or empty: the cage's face of a face's corners, which is then the same for all three
     int32_t vertex_count = 0;
     MeshCounts counts;
 

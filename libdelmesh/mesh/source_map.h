@@ -24,6 +24,11 @@ inline CornerPlace corner_place(const Mesh& mesh, int32_t c) {
     return {{s, s, s}, {1, 0, 0}};
 }
 
+// Only where mesh.cage is not 0.
+inline int32_t cage_face(const Mesh& mesh, int32_t f) {
+    return mesh.face_cage.empty() ? mesh.corner_cage[3 * int64_t{f}].face : mesh.face_cage[f];
+}
+
 // What `out`, which was made from `in`, has for its source.
 inline void set_source_counts(const Mesh& in, Mesh& out) {
     out.source_verts = in.imported ? in.source_verts : in.vertices();

@@ -26,7 +26,8 @@ public:
         DM_TRY(check_rings());
         DM_TRY(check_fans());
         DM_TRY(check_maps());
-        return check_corner_maps();
+        DM_TRY(check_corner_maps());
+        return check_cage_places();
     }
 
 private:
@@ -91,6 +92,10 @@ private:
                                                  layer.components * corners <= mesh_.layer_values.size() - layer.first_value),
                      "Layer %lld had its values at %lld of %lld.", LL{i}, LL{layer.first_value}, LL{mesh_.layer_values.size()});
         }
+        DM_HOLDS(mesh_.corner_cage.size() == (mesh_.cage != 0 ? corners : 0), "corner_cage had %lld corners of %lld.",
+                 LL{mesh_.corner_cage.size()}, LL{corners});
+        DM_HOLDS(mesh_.cage != 0 ? fits_or_empty(mesh_.face_cage, corners / 3) : mesh_.face_cage.empty(),
+                 "face_cage had %lld faces of %lld.", LL{mesh_.face_cage.size()}, LL{corners / 3});
         DM_HOLDS(mesh_.cut_slots.size() <= INT32_MAX, "cut_slots had %lld slots.", LL{mesh_.cut_slots.size()});
         return DELMESH_OK;
     }
@@ -194,8 +199,8 @@ private:
         return for_each(0.9, 0.95, mesh_.vertices(), [&](int32_t v) -> Status {
             if (has_source) {
                 const int32_t source = mesh_.vert_source[v];
-                DM_HOLDS(is_source_vert(source) || (v >= mesh_.first_split && source == -1),
-                         "Vertex %d had source %d.", v, source);
+                DM_HOLDS(is_source_vert(source) || (v >= mesh_.first_split && source == -1), "Vertex %d had source %d.", v,
+                         source);
             }
             DM_HOLDS(!has_parent || mesh_.vert_parent[v] >= -1, "Vertex %d had parent %d.", v, mesh_.vert_parent[v]);
             if (has_join) {
@@ -205,8 +210,7 @@ private:
             }
             if (v < mesh_.first_split) return DELMESH_OK;
             const VertexMap& map = mesh_.split_map[v - mesh_.first_split];
-            for (const int32_t source : map.vert)
-                DM_HOLDS(is_source_vert(source), "Vertex %d lay on a vertex out of range.", v);
+            for (const int32_t source : map.vert) DM_HOLDS(is_source_vert(source), "Vertex %d lay on a vertex out of range.", v);
             const double sum = map.weight[0] + map.weight[1] + map.weight[2];
             DM_HOLDS(std::abs(sum - 1) < 1e-9, "Vertex %d had weights that did not sum to 1.", v); // false for NaN too
             return DELMESH_OK;
@@ -217,6 +221,17 @@ private:
     bool has_source() const { return mesh_.imported || mesh_.has_map || mesh_.source_verts != 0; }
     bool is_source_vert(int32_t v) const { return has_source() ? in_range(v, mesh_.source_verts) : v >= 0; }
     bool is_source_face(int32_t f) const { return has_source() ? in_range(f, mesh_.source_faces) : f >= 0; }
+
+    // places: on a face of the cage, between its corners
+    Status check_cage_places() {
+        return for_each(0.98, 1, mesh_.corner_cage.size(), [&](int32_t c) -> Status {
+            const CagePlace& place = mesh_.corner_cage[c];
+            constexpr float kMost = 1.000001f;                                                    // where places were weighted
+            DM_HOLDS(place.face >= 0 && std::abs(place.s) <= kMost && std::abs(place.t) <= kMost, // false for NaN too
+                     "Corner %d lay on face %d of the cage at no place of it.", c, place.face);
+            return DELMESH_OK;
+        });
+    }
 
     // corners: on a source corner, or at a place on three of them, with weights that sum to 1; edges: on a source edge or none
     Status check_corner_maps() {

@@ -218,20 +218,64 @@ delmesh_mesh_info info_of(const delmesh_mesh* mesh) {
     return info;
 }
 
-int has_map(const delmesh_mesh* mesh) {
-    const int64_t edges = info_of(mesh).edges;
-    int32_t* numbers = malloc((size_t)edges * sizeof *numbers + 1);
-    const delmesh_view_mut dst = {numbers, edges, 0, DELMESH_INT32, 1};
-    const int32_t status = delmesh_mesh_read(mesh, DELMESH_EDGE_SOURCE_EDGE, &dst);
+static int has_integers(const delmesh_mesh* mesh, int32_t what, int64_t count) {
+    int32_t* numbers = malloc((size_t)count * sizeof *numbers + 1);
+    const delmesh_view_mut dst = {numbers, count, 0, DELMESH_INT32, 1};
+    const int32_t status = delmesh_mesh_read(mesh, what, &dst);
     free(numbers);
     if (status != DELMESH_OK) assert_status(status, NULL, DELMESH_ERROR_INVALID_ARGUMENT);
+    return status == DELMESH_OK;
+}
+int has_map(const delmesh_mesh* mesh) {
+    return has_integers(mesh, DELMESH_EDGE_SOURCE_EDGE, info_of(mesh).edges);
+}
+static int has_places(const delmesh_mesh* mesh) {
+    return has_integers(mesh, DELMESH_FACE_CAGE_FACE, info_of(mesh).faces);
+}
+
+/* A house: two of its walls have the roof's edges, which is creased, and its UVs jump at the ridge. */
+static int32_t create_cage(delmesh_context* context, delmesh_cage** out) {
+    static const float points[10][3] = {{0, 0, 0}, {2, 0, 0}, {2, 3, 0}, {0, 3, 0}, {0, 0, 2},
+                                        {2, 0, 2}, {2, 3, 2}, {0, 3, 2}, {1, 0, 3}, {1, 3, 3}};
+    static const int32_t corners[30] = {0, 3, 2, 1, 0, 1, 5, 8, 4, 1, 2, 6, 5, 2, 3, 7, 9, 6, 3, 0, 4, 7, 5, 6, 9, 8, 4, 8, 9, 7};
+    static const int32_t sizes[7] = {4, 5, 4, 5, 4, 4, 4}, ridge[2] = {8, 9};
+    static const double sharp[1] = {1.5};
+    float uvs[30][2];
+    for (int i = 0; i < 30; ++i) {
+        uvs[i][0] = points[corners[i]][0] + (i < 26 ? 0 : 5);
+        uvs[i][1] = points[corners[i]][1];
+    }
+    delmesh_layer layer;
+    delmesh_layer_init(&layer, sizeof layer);
+    layer.kind = DELMESH_LAYER_UV;
+    layer.values = (delmesh_view){uvs, 30, 0, DELMESH_FLOAT32, 2};
+    delmesh_cage_desc desc;
+    delmesh_cage_desc_init(&desc, sizeof desc);
+    desc.positions = (delmesh_view){points, 10, 0, DELMESH_FLOAT32, 3};
+    desc.corner_verts = (delmesh_view){corners, 30, 0, DELMESH_INT32, 1};
+    desc.face_sizes = (delmesh_view){sizes, 7, 0, DELMESH_INT32, 1};
+    desc.crease_edges = (delmesh_view){ridge, 1, 0, DELMESH_INT32, 2};
+    desc.crease_sharpness = (delmesh_view){sharp, 1, 0, DELMESH_FLOAT64, 1};
+    desc.layers = &layer;
+    desc.layer_count = 1;
+    return delmesh_cage_create(context, &desc, out);
+}
+
+int has_cages(void) {
+    delmesh_context* context = NULL;
+    delmesh_cage* cage = NULL;
+    assert_int_equal(delmesh_context_create(NULL, &context), DELMESH_OK);
+    const int32_t status = create_cage(context, &cage);
+    if (status != DELMESH_OK) assert_status(status, context, DELMESH_ERROR_UNSUPPORTED);
+    delmesh_cage_destroy(cage);
+    delmesh_context_destroy(context);
     return status == DELMESH_OK;
 }
 
 /* Through _read, not _borrow: a borrow makes derived arrays, which would count as allocations of the mesh. */
 Snapshot take_snapshot(const delmesh_mesh* mesh) {
     const delmesh_mesh_info info = info_of(mesh);
-    const struct {
+    struct {
         int32_t what;
         int64_t count;
         int32_t type, components, bytes;
@@ -248,18 +292,29 @@ Snapshot take_snapshot(const delmesh_mesh* mesh) {
         {DELMESH_VERT_MAP_WEIGHT, info.vertices, DELMESH_FLOAT64, 3, 24},
         {DELMESH_CORNER_TWIN, info.corners, DELMESH_INT32, 1, 4},
         {DELMESH_VERT_PARENT, info.vertices, DELMESH_INT32, 1, 4},
-        {DELMESH_EDGE_SOURCE_EDGE, info.edges, DELMESH_INT32, 1, 4}, /* from here on only of meshes with a map */
+        {DELMESH_EDGE_SOURCE_EDGE, info.edges, DELMESH_INT32, 1, 4},
         {DELMESH_CORNER_MAP_CORNER, info.corners, DELMESH_INT32, 3, 12},
         {DELMESH_CORNER_MAP_WEIGHT, info.corners, DELMESH_FLOAT64, 3, 24},
+        {DELMESH_CORNER_CAGE_FACE, info.corners, DELMESH_INT32, 1, 4},
+        {DELMESH_CORNER_CAGE_PLACE, info.corners, DELMESH_FLOAT64, 2, 16},
+        {DELMESH_VERT_CAGE_FACE, info.vertices, DELMESH_INT32, 1, 4},
+        {DELMESH_VERT_CAGE_PLACE, info.vertices, DELMESH_FLOAT64, 2, 16},
+        {DELMESH_FACE_CAGE_FACE, info.faces, DELMESH_INT32, 1, 4},
     };
-    size_t kinds = sizeof arrays / sizeof *arrays;
-    if (!has_map(mesh)) kinds -= 3;
+    const size_t kinds = sizeof arrays / sizeof *arrays;
+    const int32_t first_of_map = DELMESH_CORNER_MAP_CORNER, first_of_cage = DELMESH_CORNER_CAGE_FACE;
+    const int map = has_map(mesh), places = has_places(mesh);
     Snapshot snapshot = {NULL, sizeof info};
-    for (size_t i = 0; i < kinds; ++i) snapshot.size += (size_t)(arrays[i].count * arrays[i].bytes);
+    for (size_t i = 0; i < kinds; ++i) {
+        if (arrays[i].what >= first_of_cage ? !places : arrays[i].what >= first_of_map && !map)
+            arrays[i].count = -1; /* not there */
+        if (arrays[i].count >= 0) snapshot.size += (size_t)(arrays[i].count * arrays[i].bytes);
+    }
     snapshot.bytes = malloc(snapshot.size);
     memcpy(snapshot.bytes, &info, sizeof info);
     size_t at = sizeof info;
     for (size_t i = 0; i < kinds; ++i) {
+        if (arrays[i].count < 0) continue;
         unsigned char* packed = malloc((size_t)(arrays[i].count * arrays[i].bytes) + 1); /* aligned, which `at` is not */
         const delmesh_view_mut dst = {packed, arrays[i].count, 0, arrays[i].type, arrays[i].components};
         assert_status(delmesh_mesh_read(mesh, arrays[i].what, &dst), NULL, DELMESH_OK);
@@ -284,23 +339,48 @@ void assert_status_at(int32_t status, const delmesh_context* context, int32_t ex
 
 /* ---- Operations ---------------------------------------------------------------------------------------------------------- */
 
+static int32_t subdivide(delmesh_context* context, const delmesh_cage* cage, delmesh_mesh** out) {
+    delmesh_subdivide_options options;
+    delmesh_subdivide_report report;
+    delmesh_subdivide_options_init(&options, sizeof options);
+    delmesh_subdivide_report_init(&report, sizeof report);
+    report.seconds_total = -1;
+    options.value = 3;
+    const int32_t status = delmesh_subdivide(context, cage, &options, out, &report);
+    assert_true(report.seconds_total >= 0);
+    return status;
+}
+
+int32_t fixture_make(Fixture* fixture, delmesh_context* context) {
+    const delmesh_mesh_desc sheet = shape_desc(&fixture->sheet), book = shape_desc(&fixture->book);
+    int32_t status = delmesh_mesh_create(context, &sheet, &fixture->sheet_mesh);
+    if (status == DELMESH_OK) status = delmesh_mesh_create(context, &book, &fixture->book_mesh);
+    if (status == DELMESH_OK) status = create_cage(context, &fixture->cage);
+    if (status == DELMESH_ERROR_UNSUPPORTED) return DELMESH_OK;
+    if (status == DELMESH_OK) status = subdivide(context, fixture->cage, &fixture->cage_mesh);
+    return status;
+}
+
 void fixture_init(Fixture* fixture, delmesh_context* context) {
+    memset(fixture, 0, sizeof *fixture);
     fixture->sheet = sheet_shape(7);
     fixture->book = book_shape();
-    fixture->sheet_mesh = context != NULL ? shape_mesh(context, &fixture->sheet) : NULL;
-    fixture->book_mesh = context != NULL ? shape_mesh(context, &fixture->book) : NULL;
+    if (context != NULL) assert_status(fixture_make(fixture, context), context, DELMESH_OK);
 }
 
 void fixture_free(Fixture* fixture) {
     delmesh_mesh_destroy(fixture->sheet_mesh);
     delmesh_mesh_destroy(fixture->book_mesh);
+    delmesh_mesh_destroy(fixture->cage_mesh);
+    delmesh_cage_destroy(fixture->cage);
     free_shape(&fixture->sheet);
     free_shape(&fixture->book);
 }
 
-const char* const operation_names[OPERATIONS] = {
-    "create",   "create welded", "create polygons", "preserve", "flip",     "feature",       "certify", "quality",
-    "distance", "estimate",      "decimate",        "family",   "transfer", "transfer rows", "fit",     "validate"};
+const char* const operation_names[OPERATIONS] = {"create",   "create welded", "create polygons", "preserve",      "flip",
+                                                 "feature",  "certify",       "quality",         "distance",      "estimate",
+                                                 "decimate", "family",        "transfer",        "transfer rows", "fit",
+                                                 "cage",     "subdivide",     "limit values",    "validate"};
 
 static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld, delmesh_mesh** out) {
     delmesh_mesh_desc desc = shape_desc(shape);
@@ -447,6 +527,23 @@ static int32_t transfer_rows(delmesh_context* context, const Shape* shape, const
     return status;
 }
 
+static int32_t only_create_cage(delmesh_context* context) {
+    delmesh_cage* cage = (delmesh_cage*)(uintptr_t)1;
+    const int32_t status = create_cage(context, &cage);
+    assert_int_equal(cage != NULL, status == DELMESH_OK);
+    delmesh_cage_destroy(cage);
+    return status;
+}
+
+static int32_t limit_values(delmesh_context* context, const Fixture* fixture) {
+    const int64_t corners = info_of(fixture->cage_mesh).corners;
+    float* values = malloc((size_t)corners * 8);
+    const delmesh_view_mut uvs = {values, corners, 0, DELMESH_FLOAT32, 2};
+    const int32_t status = delmesh_limit_values(context, fixture->cage, fixture->cage_mesh, DELMESH_DOMAIN_CORNER, 0, NULL, &uvs);
+    free(values);
+    return status;
+}
+
 int32_t run_operation(int operation, delmesh_context* context, const Fixture* fixture, delmesh_mesh** out) {
     *out = NULL;
     switch (operation) {
@@ -492,6 +589,12 @@ int32_t run_operation(int operation, delmesh_context* context, const Fixture* fi
         return transfer_rows(context, &fixture->sheet, fixture->sheet_mesh);
     case 14:
         return fit(context, &fixture->sheet, fixture->sheet_mesh);
+    case 15: /* where there are no cages, something else */
+        return fixture->cage != NULL ? only_create_cage(context) : create_quad_cube(context, out);
+    case 16:
+        return fixture->cage != NULL ? subdivide(context, fixture->cage, out) : create_quad_cube(context, out);
+    case 17:
+        return fixture->cage != NULL ? limit_values(context, fixture) : create_quad_cube(context, out);
     default:
         return delmesh_mesh_validate(context, fixture->sheet_mesh);
     }

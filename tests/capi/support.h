@@ -85,6 +85,7 @@ void assert_same_snapshot(Snapshot a, Snapshot b);
 void* exactly(size_t bytes);
 
 delmesh_mesh_info info_of(const delmesh_mesh* mesh);
+int has_cages(void);                   /* whether the library was built with OpenSubdiv */
 int has_map(const delmesh_mesh* mesh); /* of corners and edges: from mesh_create, or made with the option */
 #define assert_status(status, context, expected) assert_status_at(status, context, expected, __FILE__, __LINE__)
 void assert_status_at(int32_t status, const delmesh_context* context, int32_t expected, const char* file, int line);
@@ -94,11 +95,15 @@ void assert_status_at(int32_t status, const delmesh_context* context, int32_t ex
 typedef struct {
     Shape sheet, book;
     delmesh_mesh *sheet_mesh, *book_mesh;
+    delmesh_cage* cage;      /* NULL where the library was built without cages */
+    delmesh_mesh* cage_mesh; /* subdivided from it */
 } Fixture;
+/* context: NULL: the shapes alone. */
 void fixture_init(Fixture* fixture, delmesh_context* context);
+int32_t fixture_make(Fixture* fixture, delmesh_context* context); /* what is still NULL, until the first failure */
 void fixture_free(Fixture* fixture);
 
-enum { OPERATIONS = 16 };
+enum { OPERATIONS = 19 };
 extern const char* const operation_names[OPERATIONS];
 /* Runs one; *out is a mesh where the operation makes one. Nothing that it is given changes, also not its own result lists, unless
  * it succeeds: that is asserted inside. */

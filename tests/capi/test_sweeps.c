@@ -82,9 +82,7 @@ static int life_under(uint64_t memory_limit, uint64_t allocation_limit, int32_t 
     Fixture fixture;
     fixture_init(&fixture, NULL);
     if (status == DELMESH_OK) {
-        const delmesh_mesh_desc sheet = shape_desc(&fixture.sheet), book = shape_desc(&fixture.book);
-        status = delmesh_mesh_create(context, &sheet, &fixture.sheet_mesh);
-        if (status == DELMESH_OK) status = delmesh_mesh_create(context, &book, &fixture.book_mesh);
+        status = fixture_make(&fixture, context);
         for (int op = 0; op < OPERATIONS && status == DELMESH_OK; ++op) {
             delmesh_mesh* out = NULL;
             status = run_operation(op, context, &fixture, &out);

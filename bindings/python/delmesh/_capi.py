@@ -59,6 +59,11 @@ DELMESH_VERT_PARENT = 12
 DELMESH_CORNER_MAP_CORNER = 13
 DELMESH_CORNER_MAP_WEIGHT = 14
 DELMESH_EDGE_SOURCE_EDGE = 15
+DELMESH_CORNER_CAGE_FACE = 16
+DELMESH_CORNER_CAGE_PLACE = 17
+DELMESH_VERT_CAGE_FACE = 18
+DELMESH_VERT_CAGE_PLACE = 19
+DELMESH_FACE_CAGE_FACE = 20
 DELMESH_EDGE_BOUNDARY = 1
 DELMESH_EDGE_MARKED = 2
 DELMESH_EDGE_FEATURE = 4
@@ -101,6 +106,25 @@ DELMESH_TRANSFER_LINEAR = 0
 DELMESH_TRANSFER_NEAREST = 1
 DELMESH_TRANSFER_DIRECTION = 2
 DELMESH_TRANSFER_WEIGHTS = 3
+DELMESH_SCHEME_CATMULL_CLARK = 0
+DELMESH_SCHEME_LOOP = 1
+DELMESH_SCHEME_BILINEAR = 2
+DELMESH_CAGE_BOUNDARY_EDGE_AND_CORNER = 0
+DELMESH_CAGE_BOUNDARY_EDGE = 1
+DELMESH_CAGE_BOUNDARY_NONE = 2
+DELMESH_FACE_VARYING_BOUNDARIES = 0
+DELMESH_FACE_VARYING_NONE = 1
+DELMESH_FACE_VARYING_CORNERS_ONLY = 2
+DELMESH_FACE_VARYING_CORNERS_PLUS1 = 3
+DELMESH_FACE_VARYING_CORNERS_PLUS2 = 4
+DELMESH_FACE_VARYING_ALL = 5
+DELMESH_CREASING_UNIFORM = 0
+DELMESH_CREASING_CHAIKIN = 1
+DELMESH_FINENESS_RATE = 0
+DELMESH_FINENESS_EDGE_LENGTH = 1
+DELMESH_FINENESS_FACES = 2
+DELMESH_EVALUATION_BFR = 0
+DELMESH_EVALUATION_FAR = 1
 
 delmesh_progress_fn = C.CFUNCTYPE(C.c_int32, C.c_void_p, C.c_double, C.c_char_p)
 delmesh_log_fn = C.CFUNCTYPE(None, C.c_void_p, C.c_int32, C.c_char_p)
@@ -208,6 +232,26 @@ class delmesh_rows_mut(C.Structure):
     _fields_ = [("offsets", delmesh_view_mut), ("indices", delmesh_view_mut), ("values", delmesh_view_mut)]
 
 
+class delmesh_cage_desc(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("scheme", C.c_int32), ("boundary", C.c_int32), ("face_varying", C.c_int32),
+        ("creasing", C.c_int32), ("smooth_triangles", C.c_int32), ("positions", delmesh_view), ("corner_verts", delmesh_view),
+        ("face_offsets", delmesh_view), ("face_sizes", delmesh_view), ("crease_edges", delmesh_view),
+        ("crease_sharpness", delmesh_view), ("sharp_verts", delmesh_view), ("vert_sharpness", delmesh_view),
+        ("holes", delmesh_view), ("edge_verts", delmesh_view), ("edge_marks", delmesh_view), ("layers", C.POINTER(delmesh_layer)),
+        ("layer_count", C.c_int32), ("reserved0", C.c_int32)]
+
+
+class delmesh_subdivide_options(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("fineness", C.c_int32), ("value", C.c_double), ("evaluation", C.c_int32),
+        ("precision", C.c_int32)]
+
+
+class delmesh_subdivide_report(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("rate", C.c_int32), ("vertices", C.c_int64), ("faces", C.c_int64),
+        ("left_out_faces", C.c_int64), ("unmatched_creases", C.c_int64), ("longest_edge", C.c_double),
+        ("seconds_total", C.c_double), ("peak_bytes", C.c_uint64)]
+
+
 class delmesh_certify_options(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("boundary", C.c_int32), ("nld_edges", delmesh_view_mut),
         ("zero_area_faces", delmesh_view_mut)]
@@ -251,13 +295,16 @@ class delmesh_api(C.Structure):
         ("estimate_preserve", C.c_void_p), ("decimate_options_init", C.c_void_p), ("level_report_init", C.c_void_p),
         ("decimate_report_init", C.c_void_p), ("lod_family", C.c_void_p), ("decimate", C.c_void_p), ("layer_init", C.c_void_p),
         ("mesh_layer_borders", C.c_void_p), ("transfer", C.c_void_p), ("transfer_sparse", C.c_void_p),
-        ("transfer_fitted", C.c_void_p)]
+        ("transfer_fitted", C.c_void_p), ("cage_desc_init", C.c_void_p), ("cage_create", C.c_void_p),
+        ("cage_destroy", C.c_void_p), ("subdivide_options_init", C.c_void_p), ("subdivide_report_init", C.c_void_p),
+        ("subdivide", C.c_void_p), ("limit_values", C.c_void_p), ("limit_normals", C.c_void_p)]
 
 
 STRUCTS = (delmesh_view, delmesh_view_mut, delmesh_context_options, delmesh_layer, delmesh_mesh_desc, delmesh_mesh_info,
     delmesh_remesh_options, delmesh_remesh_report, delmesh_preserve_estimate, delmesh_target, delmesh_decimate_options,
-    delmesh_level_report, delmesh_decimate_report, delmesh_rows, delmesh_rows_mut, delmesh_certify_options,
-    delmesh_certify_report, delmesh_quality_report, delmesh_distance_options, delmesh_distance_report, delmesh_api)
+    delmesh_level_report, delmesh_decimate_report, delmesh_rows, delmesh_rows_mut, delmesh_cage_desc, delmesh_subdivide_options,
+    delmesh_subdivide_report, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report, delmesh_distance_options,
+    delmesh_distance_report, delmesh_api)
 PROTOTYPES = {
     "delmesh_context_options_init": (None, C.POINTER(delmesh_context_options), C.c_uint32),
     "delmesh_context_create": (C.c_int32, C.POINTER(delmesh_context_options), C.POINTER(C.c_void_p)),
@@ -298,6 +345,17 @@ PROTOTYPES = {
         C.POINTER(delmesh_view_mut)),
     "delmesh_transfer_sparse": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_rows), C.c_int32, C.c_int32,
         C.POINTER(delmesh_rows_mut)),
+    "delmesh_cage_desc_init": (None, C.POINTER(delmesh_cage_desc), C.c_uint32),
+    "delmesh_cage_create": (C.c_int32, C.c_void_p, C.POINTER(delmesh_cage_desc), C.POINTER(C.c_void_p)),
+    "delmesh_cage_destroy": (None, C.c_void_p),
+    "delmesh_subdivide_options_init": (None, C.POINTER(delmesh_subdivide_options), C.c_uint32),
+    "delmesh_subdivide_report_init": (None, C.POINTER(delmesh_subdivide_report), C.c_uint32),
+    "delmesh_subdivide": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_subdivide_options), C.POINTER(C.c_void_p),
+        C.POINTER(delmesh_subdivide_report)),
+    "delmesh_limit_values": (C.c_int32, C.c_void_p, C.c_void_p, C.c_void_p, C.c_int32, C.c_int32, C.POINTER(delmesh_view),
+        C.POINTER(delmesh_view_mut)),
+    "delmesh_limit_normals": (C.c_int32, C.c_void_p, C.c_void_p, C.c_void_p, C.POINTER(delmesh_view),
+        C.POINTER(delmesh_view_mut)),
     "delmesh_certify_options_init": (None, C.POINTER(delmesh_certify_options), C.c_uint32),
     "delmesh_certify_report_init": (None, C.POINTER(delmesh_certify_report), C.c_uint32),
     "delmesh_certify": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_certify_options), C.POINTER(delmesh_certify_report)),

@@ -133,6 +133,19 @@ class DecimateReport(NamedTuple):
     levels: tuple[LevelReport, ...] = ()
 
 
+class SubdivideReport(NamedTuple):
+    """The fields of delmesh_subdivide_report."""
+
+    rate: int
+    vertices: int
+    faces: int
+    left_out_faces: int
+    unmatched_creases: int
+    longest_edge: float
+    seconds_total: float
+    peak_bytes: int
+
+
 class CertifyReport(NamedTuple):
     """The fields of delmesh_certify_report."""
 
@@ -186,5 +199,6 @@ class DistanceReport(NamedTuple):
 
 STRUCTS = {MeshInfo: _capi.delmesh_mesh_info, RemeshReport: _capi.delmesh_remesh_report,
     PreserveEstimate: _capi.delmesh_preserve_estimate, LevelReport: _capi.delmesh_level_report,
-    DecimateReport: _capi.delmesh_decimate_report, CertifyReport: _capi.delmesh_certify_report,
-    QualityReport: _capi.delmesh_quality_report, DistanceReport: _capi.delmesh_distance_report}
+    DecimateReport: _capi.delmesh_decimate_report, SubdivideReport: _capi.delmesh_subdivide_report,
+    CertifyReport: _capi.delmesh_certify_report, QualityReport: _capi.delmesh_quality_report,
+    DistanceReport: _capi.delmesh_distance_report}
