@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "carry.h"
 
+#include "cage.h"
+
 #include <libgen.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -70,7 +72,7 @@ static double weight_of(const Carry* carry, const Layer* layer) {
     return layer->kind == kLayerUv ? carry->uv_weight : layer->kind == kLayerNormal ? carry->normal_weight : 0;
 }
 
-bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, Failure* failure) {
+static bool describe(const Carry* carry, const MeshFile* file, bool cage, CarryLayers* out, Failure* failure) {
     static const int32_t kinds[] = {DELMESH_LAYER_UV,       DELMESH_LAYER_NORMAL,   DELMESH_LAYER_COLOR,   DELMESH_LAYER_MATERIAL,
                                     DELMESH_LAYER_FACE_SET, DELMESH_LAYER_FACE_SET, DELMESH_LAYER_FACE_SET};
     memset(out, 0, sizeof *out);
@@ -80,8 +82,11 @@ bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, 
     for (int32_t i = 0; i < file->layers.count && out->count < 64; ++i) {
         const Layer* layer = &file->layers.items[i];
         const double weight = weight_of(carry, layer);
-        if (layer->kind == kLayerOther || (!carry->kept[layer->kind] && weight == 0)) continue;
+        const bool kept = carry->kept[layer->kind];
+        const bool needed = kept || weight != 0 || (cage && layer->domain == DELMESH_DOMAIN_CORNER);
+        if (layer->kind == kLayerOther || !needed) continue;
         if (!layer_is_id(layer) && layer->domain == DELMESH_DOMAIN_FACE) continue;
+        if (cage && layer->domain == DELMESH_DOMAIN_VERTEX) continue;
         if (layer->domain == DELMESH_DOMAIN_VERTEX) {
             /* It jumps nowhere; of UVs the library has to know where they are flat. */
             if (layer->kind != kLayerUv && weight == 0) continue;
@@ -96,12 +101,19 @@ bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, 
         delmesh_layer* view = &out->views[out->count];
         delmesh_layer_init(view, sizeof *view);
         view->kind = kinds[layer->kind];
-        view->border = carry->kept[layer->kind] ? DELMESH_BORDER_KEEP : DELMESH_BORDER_FREE;
+        view->border = kept ? DELMESH_BORDER_KEEP : DELMESH_BORDER_FREE;
         view->weight = weight;
         view->values = view_of(layer);
         out->from[out->count++] = i;
     }
     return true;
+}
+
+bool carry_describe(const Carry* carry, const MeshFile* file, CarryLayers* out, Failure* failure) {
+    return describe(carry, file, false, out, failure);
+}
+bool carry_describe_cage(const Carry* carry, const MeshFile* file, CarryLayers* out, Failure* failure) {
+    return describe(carry, file, true, out, failure);
 }
 
 void carry_layers_free(CarryLayers* layers) {
@@ -215,8 +227,8 @@ static bool copy_names(const Names* from, Names* to) {
 }
 
 int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* in, const delmesh_mesh* mesh,
-                   const delmesh_mesh_info* info, const MeshFile* source, const char* in_path, const char* out_path,
-                   MeshFile* out, Failure* failure) {
+                   const delmesh_mesh_info* info, const MeshFile* source, const Cage* cage, const char* in_path,
+                   const char* out_path, MeshFile* out, Failure* failure) {
     if (carry->bare) return DELMESH_OK;
     const MeshFormat format = mesh_format_of_name(out_path, NULL);
     const int64_t counts[] = {info->vertices, info->corners, info->faces};
@@ -233,21 +245,31 @@ int32_t carry_over(Carry* carry, delmesh_context* context, const delmesh_mesh* i
         if (from->names) to.names = strdup(from->names);
         ok = (!from->names || to.names) && copy_names(&from->ids, &to.ids) && layer_reserve(&to, counts[from->domain] + 1);
         to.count = ok ? counts[from->domain] : 0;
-        const delmesh_view values = view_of(from);
-        const delmesh_view_mut target = {to.values, to.count, 0, to.type, to.components};
-        const int32_t policy = policy_of(from);
-        const int32_t status = !ok ? DELMESH_OK
-                               : is_fitted(carry, from)
-                                   ? delmesh_transfer_fitted(context, in, mesh, from->domain, policy, &values, &target)
-                                   : delmesh_transfer(context, mesh, from->domain, policy, &values, &target);
-        if (status != DELMESH_OK) {
+        bool carried = true;
+        int32_t status = DELMESH_OK;
+        if (ok && cage) {
+            status = cage_carry_layer(cage, context, mesh, i, from, &to, &carried, failure);
+        } else if (ok) {
+            const delmesh_view values = view_of(from);
+            const delmesh_view_mut target = {to.values, to.count, 0, to.type, to.components};
+            const int32_t policy = policy_of(from);
+            status = is_fitted(carry, from) ? delmesh_transfer_fitted(context, in, mesh, from->domain, policy, &values, &target)
+                                            : delmesh_transfer(context, mesh, from->domain, policy, &values, &target);
+        }
+        if (status != DELMESH_OK || failure->status) {
             layer_free(&to);
             return status;
         }
-        if (ok)
+        if (ok && carried) {
             ok = layers_add(&out->layers, &to);
-        else
-            layer_free(&to);
+            continue;
+        }
+        layer_free(&to);
+        if (ok) ok = mesh_file_lose(&carry->lost, failure, "%s: there is no limit of it", layer_name(from));
+    }
+    if (ok && cage && cage->normals) {
+        const int32_t status = cage_add_normals(cage, context, mesh, out, failure);
+        if (status != DELMESH_OK || failure->status) return status;
     }
     for (int32_t i = 0; ok && i < source->left_out.count; ++i)
         ok = mesh_file_lose(&carry->lost, failure, "%s: it is not read", names_at(&source->left_out, i));

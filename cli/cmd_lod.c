@@ -47,7 +47,7 @@ typedef struct Level {
 typedef struct Lod {
     Session session;
     /* options */
-    const char *in_path, *prefix, *report_path, *density_path, *lock_path, *region_path;
+    const char *in_path, *prefix, *report_path, *density_path, *lock_path, *region_path, *subdivide;
     TargetList lists[kTargetLists];
     bool no_measure;
     int32_t encoding, suffix;
@@ -124,6 +124,33 @@ static bool parse_targets(Lod* l) {
     return parse_list(l, given);
 }
 
+/* "32", "length=0.1", "triangles=1000000" */
+static bool parse_subdivide(Lod* l) {
+    static const struct {
+        const char* name;
+        int32_t fineness;
+    } kinds[] = {{"length=", DELMESH_FINENESS_EDGE_LENGTH}, {"triangles=", DELMESH_FINENESS_FACES}, {"", DELMESH_FINENESS_RATE}};
+    CageOptions* cage = &l->session.cage;
+    if (!l->subdivide) {
+        if (!cage->creases_path && !cage->normals) return true;
+        return fail_with(&l->session.failure, kStatusUsage, "%s goes with --subdivide",
+                         cage->normals ? "--normals" : "--creases");
+    }
+    int kind = 0;
+    while (strncmp(l->subdivide, kinds[kind].name, strlen(kinds[kind].name)) != 0) ++kind;
+    cage->fineness = kinds[kind].fineness;
+    cage->precision = l->options.precision;
+    if (!text_parse_double(l->subdivide + strlen(kinds[kind].name), &cage->value))
+        return fail_with(&l->session.failure, kStatusUsage, "--subdivide takes N, length=L or triangles=N, not '%s'",
+                         l->subdivide);
+    const char* const per_element[] = {l->density_path ? "--density" : NULL, l->lock_path ? "--lock" : NULL,
+                                       l->region_path ? "--region" : NULL, l->session.carry.fit ? "--fit" : NULL};
+    for (int i = 0; i < 4; ++i)
+        if (per_element[i])
+            return fail_with(&l->session.failure, kStatusUsage, "--subdivide and %s do not go together", per_element[i]);
+    return true;
+}
+
 /* What can be refused is refused before the work. */
 static bool name_files(Lod* l, const char* suffix) {
     const size_t room = strlen(l->prefix) + strlen(suffix) + 32;
@@ -186,7 +213,7 @@ static bool run_decimate(Lod* l) {
         if (!session_resolve(s, &l->in, &l->levels[i].length, &l->diagonal, &l->targets[i].value)) return false;
     options->strict = s->strict;
     options->quality = (int32_t)l->quality;
-    options->map = carry_needs_map(&s->carry, &l->in.file, l->levels[0].path);
+    options->map = l->in.cage.handle ? !s->carry.bare : carry_needs_map(&s->carry, &l->in.file, l->levels[0].path);
     const double begin = seconds_now();
     const int32_t status =
         delmesh_lod_family(s->context, l->in.mesh, l->targets, l->count, options, l->made, l->reports, &l->report);
@@ -454,6 +481,9 @@ static int run(Lod* l, int count, char** arguments) {
         option_number("--normal-weight", &l->session.carry.normal_weight, 0, 1e6, "W",
                       "of the file's normals: 0.1 keeps shading (0)"),
         option_flag("--fit", &l->session.carry.fit, "UVs, normals, ... fit all over the surface, not at vertices"),
+        option_string("--subdivide", &l->subdivide, "N|length=L|triangles=N",
+                      "IN is a cage: the levels are of its limit surface"),
+        CAGE_OPTIONS(&s->cage, "--cage-boundary"),
         option_string("--density", &l->density_path, "FILE", "detail wanted: a number over 0 per vertex, a line each"),
         option_string("--lock", &l->lock_path, "FILE", "a number per vertex, a line each: where not 0, it stays"),
         option_string("--region", &l->region_path, "FILE", "a number per face, a line each: where 0, nothing changes"),
@@ -485,7 +515,7 @@ static int run(Lod* l, int count, char** arguments) {
             options, positionals);
         return session_end(s, &json, true, 0);
     }
-    ok = ok && parse_targets(l) && carry_parse(&s->carry, &s->failure) &&
+    ok = ok && parse_targets(l) && parse_subdivide(l) && carry_parse(&s->carry, &s->failure) &&
          name_files(l, kSuffixes[l->suffix < 0 ? 0 : l->suffix].name);
     const bool started = ok;
     ok = ok && session_open(s) && session_load(s, l->in_path, &l->in) && choose_files(l) && read_all_values(l) &&

@@ -9,6 +9,7 @@ int command_info(int count, char** arguments);
 int command_certify(int count, char** arguments);
 int command_remesh(int count, char** arguments);
 int command_lod(int count, char** arguments);
+int command_subdivide(int count, char** arguments);
 int command_measure(int count, char** arguments);
 
 #endif

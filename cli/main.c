@@ -17,6 +17,7 @@ static const char kUsage[] =
     "  delmesh certify FILE         is it Delaunay? exit status 0 yes, 1 no, 2 error\n"
     "  delmesh remesh IN OUT        make it Delaunay\n"
     "  delmesh lod IN OUT_PREFIX    a family of coarser Delaunay meshes, one file per level\n"
+    "  delmesh subdivide CAGE OUT   the limit surface of a control cage, as fine as told\n"
     "  delmesh measure A B          angles of both, distance between them\n"
     "  delmesh COMMAND --help       all options\n"
     "  delmesh --version\n"
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
     if (strcmp(name, "certify") == 0) return command_certify(argc - 2, argv + 2);
     if (strcmp(name, "remesh") == 0) return command_remesh(argc - 2, argv + 2);
     if (strcmp(name, "lod") == 0) return command_lod(argc - 2, argv + 2);
+    if (strcmp(name, "subdivide") == 0) return command_subdivide(argc - 2, argv + 2);
     if (strcmp(name, "measure") == 0) return command_measure(argc - 2, argv + 2);
     if (strcmp(name, "--version") == 0) {
         const unsigned version = delmesh_version();

@@ -127,6 +127,7 @@ void mesh_file_free(MeshFile* mesh) {
     layers_free(&mesh->layers);
     names_free(&mesh->libraries);
     names_free(&mesh->left_out);
+    tags_free(&mesh->tags);
     memset(mesh, 0, sizeof *mesh);
 }
 

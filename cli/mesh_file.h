@@ -16,6 +16,7 @@
 #include "failure.h"
 #include "layers.h"
 #include "output.h"
+#include "tags.h"
 
 #include <delmesh/delmesh.h>
 #include <stdbool.h>
@@ -36,6 +37,7 @@ typedef struct MeshFile {
     int64_t merged_points; /* STL: corners that an earlier corner at the same point stands for */
     Layers layers;         /* each with as many elements as there are of its domain */
     Names libraries;       /* OBJ: the files that mtllib lines name, as they stand there; PLY: those of TextureFile comments */
+    Tags tags;             /* OBJ: of cages; indices may be out of range */
     Names left_out;        /* what the file has besides, in words: it is not read */
 } MeshFile;
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * read_obj.c: Wavefront OBJ: `v` with colours, `vt`, `vn`, `f`, and the statements that hold for the faces behind them: `usemtl`,
- * `g`, `o`, `s`; `mtllib`. A backslash at the end of a line joins it to the next. Texture and normal indices must be numbers;
- * where there is no such texture vertex or normal, the corner has none.
+ * `g`, `o`, `s`; `mtllib`; `t` with the tags of cages. A backslash at the end of a line joins it to the next. Texture and normal
+ * indices must be numbers; where there is no such texture vertex or normal, the corner has none.
  */
 #include "reader.h"
 
@@ -228,6 +228,12 @@ static bool read_statement(Reader* reader, Obj* obj) {
     if (take(t, "vn")) return read_table(reader, &obj->normal);
     for (int i = 0; i < kIdLayers; ++i)
         if (take(t, kIdStatements[i].word)) return read_id(reader, obj, i);
+    if (take(t, "t")) {
+        bool taken;
+        if (!tags_scan_obj(t, &reader->mesh->tags, &taken)) return fail_memory(reader->failure);
+        skip_statement(t);
+        return taken || reader_leave_out(reader, "t", 1);
+    }
     if (take(t, "mtllib")) return read_name(t, &reader->mesh->libraries) >= 0 || fail_memory(reader->failure);
     static const char* const others[] = {"l", "p", "vp", "curv", "surf"};
     for (size_t i = 0; i < sizeof others / sizeof *others; ++i) {

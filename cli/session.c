@@ -30,6 +30,7 @@ void session_init(Session* session) {
     memset(session, 0, sizeof *session);
     session->weld = kWeldByFormat;
     carry_init(&session->carry);
+    cage_options_init(&session->cage);
     session->begin = seconds_now();
 }
 
@@ -72,7 +73,7 @@ static double largest_coordinate(const MeshFile* file) {
 }
 
 /* The mesh of the file, with the borders of its layers. */
-static bool create(Session* session, const char* path, Loaded* out) {
+static bool create_mesh(Session* session, const char* path, Loaded* out) {
     MeshFile* file = &out->file;
     CarryLayers layers;
     bool ok = carry_describe(&session->carry, file, &layers, &session->failure);
@@ -95,6 +96,23 @@ static bool create(Session* session, const char* path, Loaded* out) {
     return ok;
 }
 
+/* The mesh of the cage that the file is. */
+static bool create_from_cage(Session* session, const char* path, Loaded* out) {
+    MeshFile* file = &out->file;
+    const int32_t status =
+        cage_subdivide(&session->cage, &session->carry, session->context, file, &out->cage, &out->mesh, &session->failure);
+    if (session->failure.status || !session_check(session, status, path)) return false;
+    out->borders = malloc((size_t)file->layers.count * sizeof *out->borders + 1);
+    if (!out->borders) return fail_memory(&session->failure);
+    for (int32_t i = 0; i < file->layers.count; ++i) {
+        out->borders[i] = -1;
+        const int32_t layer = out->cage.layer_of[i];
+        if (layer >= 0 && !session_check(session, delmesh_mesh_layer_borders(out->mesh, layer, &out->borders[i]), path))
+            return false;
+    }
+    return true;
+}
+
 bool session_load(Session* session, const char* path, Loaded* out) {
     memset(out, 0, sizeof *out);
     out->path = path;
@@ -105,7 +123,7 @@ bool session_load(Session* session, const char* path, Loaded* out) {
     double read = seconds_now();
     out->largest_coordinate = largest_coordinate(file);
     bool ok = session->weld != DELMESH_WELD_EXACT || carry_spread(file, &session->failure);
-    ok = ok && create(session, path, out);
+    ok = ok && (session->cage.fineness >= 0 ? create_from_cage : create_mesh)(session, path, out);
     free(file->positions);
     free(file->corner_verts);
     free(file->face_sizes);
@@ -120,6 +138,7 @@ bool session_load(Session* session, const char* path, Loaded* out) {
 
 void loaded_free(Loaded* loaded) {
     delmesh_mesh_destroy(loaded->mesh);
+    cage_free(&loaded->cage);
     mesh_file_free(&loaded->file);
     free(loaded->borders);
     memset(loaded, 0, sizeof *loaded);
@@ -141,8 +160,8 @@ bool session_export(Session* session, const delmesh_mesh* mesh, const Loaded* lo
            session_check(session, delmesh_mesh_read(mesh, DELMESH_POSITION, &positions), loaded->path) &&
            session_check(session, delmesh_mesh_read(mesh, DELMESH_CORNER_VERT, &corners), loaded->path) &&
            session_check(session,
-                         carry_over(&session->carry, session->context, loaded->mesh, mesh, &info, &loaded->file, loaded->path,
-                                    path, out, &session->failure),
+                         carry_over(&session->carry, session->context, loaded->mesh, mesh, &info, &loaded->file,
+                                    loaded->cage.handle ? &loaded->cage : NULL, loaded->path, path, out, &session->failure),
                          loaded->path) &&
            !session->failure.status;
 }

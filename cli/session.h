@@ -5,6 +5,7 @@
 #ifndef DELMESH_CLI_SESSION_H
 #define DELMESH_CLI_SESSION_H
 
+#include "cage.h"
 #include "carry.h"
 #include "failure.h"
 #include "json.h"
@@ -21,7 +22,8 @@ typedef struct Session {
     bool json, quiet, strict;
     int32_t weld; /* kWeldByFormat: exact for STL, else none */
     int64_t threads;
-    Carry carry; /* of commands that write meshes */
+    Carry carry;      /* of commands that write meshes */
+    CageOptions cage; /* of those that subdivide */
     /* state */
     Failure failure;
     Progress progress;
@@ -35,6 +37,7 @@ typedef struct Loaded {
     MeshFile file;             /* its merged_points are counted with info.welded_vertices */
     int64_t* borders;          /* of each layer of the file: how many edges it has borders at; -1: nobody counted */
     double largest_coordinate; /* in size, of the finite vertices that faces use */
+    Cage cage;                 /* that the mesh was subdivided from, if it was */
     delmesh_mesh* mesh;
     delmesh_mesh_info info;
 } Loaded;
