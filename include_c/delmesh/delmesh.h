@@ -640,8 +640,8 @@ DELMESH_API int32_t delmesh_transfer_sparse(delmesh_context* context, const delm
 /* A cage is a polygon mesh that stands for the smooth surface which subdividing it for ever would lead to, its limit surface
  * (docs/subdivide.md). Evaluation is OpenSubdiv's; a library that was built without it answers UNSUPPORTED.
  *
- * A place on a face of a cage is two numbers. On quads, and on triangles of the Loop scheme, they are OpenSubdiv's (s, t): corners at
- * (0,0) (1,0) (1,1) (0,1), of triangles (0,0) (1,0) (0,1). On other polygons, n-gons, they are a point of the regular n-gon with
+ * A place on a face of a cage is two numbers. On quads, and on triangles of the Loop scheme, they are OpenSubdiv's (s, t): corners
+ * at (0,0) (1,0) (1,1) (0,1), of triangles (0,0) (1,0) (0,1). On other polygons, n-gons, they are a point of the regular n-gon with
  * corner i at (cos 2 pi i / n, sin 2 pi i / n). Places between places of one face are on the face. */
 enum { DELMESH_SCHEME_CATMULL_CLARK = 0, DELMESH_SCHEME_LOOP = 1, DELMESH_SCHEME_BILINEAR = 2 };
 /* What becomes of the cage's boundary. _AND_CORNER: boundary edges are sharp, and so are vertices of one face; _EDGE: edges only;
@@ -729,11 +729,11 @@ typedef struct delmesh_subdivide_report {
 
 DELMESH_API void delmesh_subdivide_report_init(delmesh_subdivide_report* report, uint32_t struct_size);
 
-/* Triangles with their vertices on the limit surface, `rate` pieces per edge of the cage; watertight where the cage is: what faces of
- * the cage share is made once. Pieces of creased and marked edges, and of borders of layers, have their bits in
+/* Triangles with their vertices on the limit surface, `rate` pieces per edge of the cage; watertight where the cage is: what
+ * faces of the cage share is made once. Pieces of creased and marked edges, and of borders of layers, have their bits in
  * DELMESH_EDGE_FLAGS. DELMESH_FACE_SOURCE is the cage's face, so delmesh_transfer carries layers of faces over; for others:
- * delmesh_limit_values. The mesh's own source is itself. options: NULL for the defaults; report: may be NULL.
- * Errors: INVALID_ARGUMENT, TOO_LARGE, NO_SURFACE (every face is left out), NON_ORIENTABLE, memory, CANCELLED. O(n), parallel. */
+ * delmesh_limit_values. The mesh's own source is itself. options: NULL for the defaults; report: may be NULL. Errors:
+ * INVALID_ARGUMENT, TOO_LARGE, NO_SURFACE (every face is left out), NON_ORIENTABLE, memory, CANCELLED. O(n), parallel. */
 DELMESH_API int32_t delmesh_subdivide(delmesh_context* context, const delmesh_cage* cage, const delmesh_subdivide_options* options,
                                       delmesh_mesh** out, delmesh_subdivide_report* report);
 
@@ -751,6 +751,26 @@ DELMESH_API int32_t delmesh_limit_values(delmesh_context* context, const delmesh
  * another pose; NULL: those it was made with. Otherwise as delmesh_limit_values. */
 DELMESH_API int32_t delmesh_limit_normals(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
                                           const delmesh_view* positions, const delmesh_view_mut* target);
+
+typedef struct delmesh_reevaluate_report {
+    uint32_t struct_size;
+    int32_t delaunay;          /* 1: the mesh is Delaunay in the new pose, too; what is not is counted below */
+    int64_t nld_interior, nld_boundary, zero_area_faces;
+    int64_t moved_vertices;    /* whose coordinates are others than before */
+    double largest_offset;     /* from a vertex to its place on the limit surface, in the rest pose */
+    double seconds_total;
+    uint64_t peak_bytes;       /* of the context's allocator, during this call */
+} delmesh_reevaluate_report;
+
+DELMESH_API void delmesh_reevaluate_report_init(delmesh_reevaluate_report* report, uint32_t struct_size);
+
+/* `mesh`, subdivided from `cage` or made from that with `map`, in another pose of the cage: positions V x 3, float32 or float64,
+ * for the vertices that the cage was made with. Vertices and faces, marks and maps stay as they are; every vertex goes with its
+ * place on the limit surface, and keeps its offset from it in the frame of the surface there. In the pose that the cage was made
+ * with, the result is `mesh` bit for bit; so it is where the surface has not moved. report: may be NULL; without it the result
+ * is not certified, which takes part of the time. Errors: INVALID_ARGUMENT, memory, CANCELLED. O(n), parallel. */
+DELMESH_API int32_t delmesh_reevaluate(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
+                                       const delmesh_view* positions, delmesh_mesh** out, delmesh_reevaluate_report* report);
 
 /* ---- Certify -------------------------------------------------------------------------------------------------------------- */
 
@@ -891,6 +911,9 @@ typedef struct delmesh_api {
                             const delmesh_view_mut*);
     int32_t (*limit_normals)(delmesh_context*, const delmesh_cage*, const delmesh_mesh*, const delmesh_view*,
                              const delmesh_view_mut*);
+    void (*reevaluate_report_init)(delmesh_reevaluate_report*, uint32_t);
+    int32_t (*reevaluate)(delmesh_context*, const delmesh_cage*, const delmesh_mesh*, const delmesh_view*, delmesh_mesh**,
+                          delmesh_reevaluate_report*);
 } delmesh_api;
 
 /* The table, static in the library; NULL if the library does not speak this abi_version (pass DELMESH_ABI_VERSION). */

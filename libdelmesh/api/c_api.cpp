@@ -294,6 +294,23 @@ int32_t delmesh_limit_normals(delmesh_context* context, const delmesh_cage* cage
     });
 }
 
+void delmesh_reevaluate_report_init(delmesh_reevaluate_report* report, uint32_t struct_size) {
+    init_struct(report, struct_size);
+}
+
+int32_t delmesh_reevaluate(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
+                           const delmesh_view* positions, delmesh_mesh** out, delmesh_reevaluate_report* report) {
+    Report result(report);
+    return guarded(context, out, [&](Context& c, Mesh& made) {
+        const Meter meter(c.memory(), result.value.seconds_total, result.value.peak_bytes);
+        DM_TRY(require(c, "cage", cage));
+        DM_TRY(require(c, "mesh", mesh));
+        DM_TRY(require(c, "positions", positions));
+        DM_TRY(result.check(c));
+        return reevaluate(c, cage->cage, mesh->mesh, *positions, made, report != nullptr, result.value);
+    });
+}
+
 // ---- Certify ----------------------------------------------------------------------------------------------------------------
 
 void delmesh_certify_options_init(delmesh_certify_options* options, uint32_t struct_size) {
@@ -407,6 +424,8 @@ const delmesh_api* delmesh_get_api(uint32_t abi_version) {
         delmesh_subdivide,
         delmesh_limit_values,
         delmesh_limit_normals,
+        delmesh_reevaluate_report_init,
+        delmesh_reevaluate,
     };
     return abi_version == DELMESH_ABI_VERSION ? &kApi : nullptr;
 }

@@ -3,10 +3,12 @@
 
 #include <cmath>
 
+#include "algo/certify.h"
 #include "api/options.h"
 #include "api/views.h"
 #include "mesh/views.h"
 #include "subdiv/limit_values.h"
+#include "subdiv/reevaluate.h"
 
 namespace dm {
 namespace {
@@ -129,6 +131,23 @@ Status read_pose(Context& context, const Cage& cage, const delmesh_view& positio
                 return context.fail(DELMESH_ERROR_INVALID_ARGUMENT, "positions: vertex %lld had a NaN or infinite coordinate.",
                                     LL{v});
         }
+    return DELMESH_OK;
+}
+
+Status reevaluate(Context& context, const Cage& cage, const Mesh& mesh, const delmesh_view& positions, Mesh& out, bool certify,
+                  delmesh_reevaluate_report& report) {
+    Array<double> pose(context.memory());
+    DM_TRY(check_places(context, cage, mesh));
+    DM_TRY(read_pose(context, cage, positions, pose));
+    DM_TRY(reevaluate(context, cage, mesh, pose, out, report));
+    if (!certify) return DELMESH_OK;
+    Certificate certificate;
+    DM_TRY(context.stage("certify", 0.8, 1));
+    DM_TRY(certify_mesh(context, out, true, certificate, nullptr, nullptr));
+    report.nld_interior = certificate.nld_interior;
+    report.nld_boundary = certificate.nld_boundary;
+    report.zero_area_faces = certificate.zero_area_faces;
+    report.delaunay = certificate.nld_interior + certificate.nld_boundary + certificate.zero_area_faces == 0;
     return DELMESH_OK;
 }
 

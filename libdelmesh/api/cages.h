@@ -18,4 +18,7 @@ Status limit_values(Context& context, const Cage& cage, const Mesh& mesh, int32_
 Status limit_normals(Context& context, const Cage& cage, const Mesh& mesh, const delmesh_view* positions,
                      const delmesh_view_mut& target);
 
+Status reevaluate(Context& context, const Cage& cage, const Mesh& mesh, const delmesh_view& positions, Mesh& out, bool certify,
+                  delmesh_reevaluate_report& report);
+
 } // namespace dm

@@ -112,6 +112,10 @@ delmesh_subdivide_options defaults() {
     return options;
 }
 template <>
+delmesh_reevaluate_report defaults() {
+    return sized<delmesh_reevaluate_report>();
+}
+template <>
 delmesh_subdivide_report defaults() {
     return sized<delmesh_subdivide_report>();
 }

@@ -136,6 +136,8 @@ struct Mesh {
     int32_t vertex_count = 0;
     MeshCounts counts;
 
+    void copy_from(const Mesh& o); // mesh/copy.cpp
+
     int32_t vertices() const { return vertex_count; }
     int32_t corners() const { return static_cast<int32_t>(corner_vert.size()); }
     int32_t faces() const { return corners() / 3; }

@@ -380,7 +380,7 @@ void fixture_free(Fixture* fixture) {
 const char* const operation_names[OPERATIONS] = {"create",   "create welded", "create polygons", "preserve",      "flip",
                                                  "feature",  "certify",       "quality",         "distance",      "estimate",
                                                  "decimate", "family",        "transfer",        "transfer rows", "fit",
-                                                 "cage",     "subdivide",     "limit values",    "validate"};
+                                                 "cage",     "subdivide",     "limit values",    "reevaluate",    "validate"};
 
 static int32_t create(delmesh_context* context, const Shape* shape, int32_t weld, delmesh_mesh** out) {
     delmesh_mesh_desc desc = shape_desc(shape);
@@ -544,6 +544,15 @@ static int32_t limit_values(delmesh_context* context, const Fixture* fixture) {
     return status;
 }
 
+static int32_t reevaluate(delmesh_context* context, const Fixture* fixture, delmesh_mesh** out) {
+    float pose[10][3];
+    for (int i = 0; i < 30; ++i) pose[i / 3][i % 3] = (float)(i % 7);
+    const delmesh_view positions = {pose, 10, 0, DELMESH_FLOAT32, 3};
+    delmesh_reevaluate_report report;
+    delmesh_reevaluate_report_init(&report, sizeof report);
+    return delmesh_reevaluate(context, fixture->cage, fixture->cage_mesh, &positions, out, &report);
+}
+
 int32_t run_operation(int operation, delmesh_context* context, const Fixture* fixture, delmesh_mesh** out) {
     *out = NULL;
     switch (operation) {
@@ -595,6 +604,8 @@ int32_t run_operation(int operation, delmesh_context* context, const Fixture* fi
         return fixture->cage != NULL ? subdivide(context, fixture->cage, out) : create_quad_cube(context, out);
     case 17:
         return fixture->cage != NULL ? limit_values(context, fixture) : create_quad_cube(context, out);
+    case 18:
+        return fixture->cage != NULL ? reevaluate(context, fixture, out) : create_quad_cube(context, out);
     default:
         return delmesh_mesh_validate(context, fixture->sheet_mesh);
     }

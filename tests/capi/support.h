@@ -103,7 +103,7 @@ void fixture_init(Fixture* fixture, delmesh_context* context);
 int32_t fixture_make(Fixture* fixture, delmesh_context* context); /* what is still NULL, until the first failure */
 void fixture_free(Fixture* fixture);
 
-enum { OPERATIONS = 19 };
+enum { OPERATIONS = 20 };
 extern const char* const operation_names[OPERATIONS];
 /* Runs one; *out is a mesh where the operation makes one. Nothing that it is given changes, also not its own result lists, unless
  * it succeeds: that is asserted inside. */

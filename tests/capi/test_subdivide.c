@@ -595,6 +595,106 @@ static void places_go_along(void** state) {
     delmesh_cage_destroy(cage);
 }
 
+/* ---- Poses ---------------------------------------------------------------------------------------------------------------- */
+
+static delmesh_mesh* in_pose(const delmesh_cage* cage, const delmesh_mesh* mesh, const Polygons* p,
+                             delmesh_reevaluate_report* report) {
+    const delmesh_view pose = {p->points, p->verts, 0, DELMESH_FLOAT64, 3};
+    delmesh_mesh* out = NULL;
+    if (report != NULL) delmesh_reevaluate_report_init(report, sizeof *report);
+    assert_status(delmesh_reevaluate(context, cage, mesh, &pose, &out, report), context, DELMESH_OK);
+    assert_status(delmesh_mesh_validate(context, out), context, DELMESH_OK);
+    return out;
+}
+
+static void poses(void** state) {
+    (void)state;
+    const Polygons rest = crown();
+    delmesh_cage* cage = cage_of(&rest);
+    delmesh_mesh *mesh = at_rate(cage, 12), *level = NULL;
+    delmesh_decimate_options options;
+    delmesh_decimate_options_init(&options, sizeof options);
+    options.map = 1;
+    options.quality = 2;
+    const delmesh_target target = {DELMESH_TARGET_RATIO, 0, 0.2};
+    assert_status(delmesh_decimate(context, mesh, &target, &options, &level, NULL, NULL), context, DELMESH_OK);
+    delmesh_reevaluate_report report;
+
+    /* The rest pose gives the level's own bytes. */
+    delmesh_mesh* again = in_pose(cage, level, &rest, &report);
+    const Snapshot before = take_snapshot(level), after = take_snapshot(again);
+    assert_same_snapshot(before, after);
+    free(before.bytes);
+    free(after.bytes);
+    assert_int_equal(report.moved_vertices, 0);
+    assert_int_equal(report.delaunay, 1);
+    assert_true(report.largest_offset > 1e-4 && report.largest_offset < 0.1); /* decimation and relaxation moved them off */
+    delmesh_mesh_destroy(again);
+
+    /* A pose turned, enlarged and shifted gives the level turned, enlarged and shifted. */
+    Polygons pose = rest;
+    for (int32_t v = 0; v < rest.verts; ++v) {
+        const double* x = rest.points[v];
+        const double turned[3] = {3 - 2 * x[1], 2 * x[0] + 1, 2 * x[2]};
+        memcpy(pose.points[v], turned, sizeof turned);
+    }
+    again = in_pose(cage, level, &pose, &report);
+    double *one = positions_of(level), *two = positions_of(again);
+    for (int64_t v = 0; v < info_of(level).vertices; ++v) {
+        const double turned[3] = {3 - 2 * one[3 * v + 1], 2 * one[3 * v] + 1, 2 * one[3 * v + 2]};
+        assert_true(distance(turned, two + 3 * v) < 2e-6);
+    }
+    free(one);
+    free(two);
+    delmesh_mesh_destroy(again);
+
+    /* A bent pose: the dense mesh, which lies on the surface, follows it; the counts are those of certify. */
+    pose = rest;
+    for (int32_t v = 0; v < rest.verts; ++v) pose.points[v][2] += rest.points[v][0] * rest.points[v][0];
+    again = in_pose(cage, mesh, &pose, &report);
+    one = positions_of(again);
+    two = limit_of(cage, mesh, &pose);
+    assert_true(largest_distance(one, two, info_of(mesh).vertices) < 1e-12);
+    assert_true(report.moved_vertices > info_of(mesh).vertices / 2); /* all but for x = 0 */
+    assert_true(report.largest_offset == 0);
+    delmesh_certify_report certified;
+    delmesh_certify_report_init(&certified, sizeof certified);
+    assert_status(delmesh_certify(context, again, NULL, &certified), context, DELMESH_OK);
+    assert_int_equal(report.nld_interior, certified.nld_interior);
+    assert_int_equal(report.nld_boundary, certified.nld_boundary);
+    assert_int_equal(report.zero_area_faces, certified.zero_area_faces);
+    assert_int_equal(report.delaunay, certified.delaunay);
+    assert_int_equal(report.delaunay, 0);
+    free(one);
+    free(two);
+    delmesh_mesh_destroy(again);
+
+    /* One tooth moves; what it does not reach stays bit for bit. */
+    pose = rest;
+    pose.points[rest.verts - 1][2] += 1;
+    again = in_pose(cage, level, &pose, NULL);
+    one = positions_of(level), two = positions_of(again);
+    int64_t same = 0;
+    for (int64_t v = 0; v < info_of(level).vertices; ++v) same += memcmp(one + 3 * v, two + 3 * v, 24) == 0;
+    assert_true(same > info_of(level).vertices / 2 && same < info_of(level).vertices);
+    free(one);
+    free(two);
+    delmesh_mesh_destroy(again);
+
+    const delmesh_view few = {rest.points, rest.verts - 1, 0, DELMESH_FLOAT64, 3};
+    assert_status(delmesh_reevaluate(context, cage, level, &few, &again, NULL), context, DELMESH_ERROR_INVALID_ARGUMENT);
+    assert_null(again);
+    assert_string_equal(delmesh_last_error(context),
+                        "The view 'positions' had 17 elements, and there were 18 vertices of the cage.");
+    pose.points[4][1] = INFINITY;
+    const delmesh_view endless = {pose.points, rest.verts, 0, DELMESH_FLOAT64, 3};
+    assert_status(delmesh_reevaluate(context, cage, level, &endless, &again, NULL), context, DELMESH_ERROR_INVALID_ARGUMENT);
+    assert_string_equal(delmesh_last_error(context), "positions: vertex 4 had a NaN or infinite coordinate.");
+    delmesh_mesh_destroy(mesh);
+    delmesh_mesh_destroy(level);
+    delmesh_cage_destroy(cage);
+}
+
 static void same_bytes_for_any_threads(void** state) {
     (void)state;
     const Polygons p = crown();
@@ -767,6 +867,7 @@ int main(void) {
         cmocka_unit_test(same_bytes_for_any_threads),
         cmocka_unit_test(bad_cages),
         cmocka_unit_test(bad_subdivisions),
+        cmocka_unit_test(poses),
     };
     if (!has_cages()) return cmocka_run_group_tests_name("no cages", without, set_up, tear_down);
     return cmocka_run_group_tests_name("subdivide", tests, set_up, tear_down);

@@ -252,6 +252,12 @@ class delmesh_subdivide_report(C.Structure):
         ("seconds_total", C.c_double), ("peak_bytes", C.c_uint64)]
 
 
+class delmesh_reevaluate_report(C.Structure):
+    _fields_ = [("struct_size", C.c_uint32), ("delaunay", C.c_int32), ("nld_interior", C.c_int64), ("nld_boundary", C.c_int64),
+        ("zero_area_faces", C.c_int64), ("moved_vertices", C.c_int64), ("largest_offset", C.c_double),
+        ("seconds_total", C.c_double), ("peak_bytes", C.c_uint64)]
+
+
 class delmesh_certify_options(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("boundary", C.c_int32), ("nld_edges", delmesh_view_mut),
         ("zero_area_faces", delmesh_view_mut)]
@@ -297,14 +303,15 @@ class delmesh_api(C.Structure):
         ("mesh_layer_borders", C.c_void_p), ("transfer", C.c_void_p), ("transfer_sparse", C.c_void_p),
         ("transfer_fitted", C.c_void_p), ("cage_desc_init", C.c_void_p), ("cage_create", C.c_void_p),
         ("cage_destroy", C.c_void_p), ("subdivide_options_init", C.c_void_p), ("subdivide_report_init", C.c_void_p),
-        ("subdivide", C.c_void_p), ("limit_values", C.c_void_p), ("limit_normals", C.c_void_p)]
+        ("subdivide", C.c_void_p), ("limit_values", C.c_void_p), ("limit_normals", C.c_void_p),
+        ("reevaluate_report_init", C.c_void_p), ("reevaluate", C.c_void_p)]
 
 
 STRUCTS = (delmesh_view, delmesh_view_mut, delmesh_context_options, delmesh_layer, delmesh_mesh_desc, delmesh_mesh_info,
     delmesh_remesh_options, delmesh_remesh_report, delmesh_preserve_estimate, delmesh_target, delmesh_decimate_options,
     delmesh_level_report, delmesh_decimate_report, delmesh_rows, delmesh_rows_mut, delmesh_cage_desc, delmesh_subdivide_options,
-    delmesh_subdivide_report, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report, delmesh_distance_options,
-    delmesh_distance_report, delmesh_api)
+    delmesh_subdivide_report, delmesh_reevaluate_report, delmesh_certify_options, delmesh_certify_report, delmesh_quality_report,
+    delmesh_distance_options, delmesh_distance_report, delmesh_api)
 PROTOTYPES = {
     "delmesh_context_options_init": (None, C.POINTER(delmesh_context_options), C.c_uint32),
     "delmesh_context_create": (C.c_int32, C.POINTER(delmesh_context_options), C.POINTER(C.c_void_p)),
@@ -356,6 +363,9 @@ PROTOTYPES = {
         C.POINTER(delmesh_view_mut)),
     "delmesh_limit_normals": (C.c_int32, C.c_void_p, C.c_void_p, C.c_void_p, C.POINTER(delmesh_view),
         C.POINTER(delmesh_view_mut)),
+    "delmesh_reevaluate_report_init": (None, C.POINTER(delmesh_reevaluate_report), C.c_uint32),
+    "delmesh_reevaluate": (C.c_int32, C.c_void_p, C.c_void_p, C.c_void_p, C.POINTER(delmesh_view), C.POINTER(C.c_void_p),
+        C.POINTER(delmesh_reevaluate_report)),
     "delmesh_certify_options_init": (None, C.POINTER(delmesh_certify_options), C.c_uint32),
     "delmesh_certify_report_init": (None, C.POINTER(delmesh_certify_report), C.c_uint32),
     "delmesh_certify": (C.c_int32, C.c_void_p, C.c_void_p, C.POINTER(delmesh_certify_options), C.POINTER(delmesh_certify_report)),

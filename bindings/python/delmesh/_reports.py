@@ -146,6 +146,19 @@ class SubdivideReport(NamedTuple):
     peak_bytes: int
 
 
+class ReevaluateReport(NamedTuple):
+    """The fields of delmesh_reevaluate_report."""
+
+    delaunay: int
+    nld_interior: int
+    nld_boundary: int
+    zero_area_faces: int
+    moved_vertices: int
+    largest_offset: float
+    seconds_total: float
+    peak_bytes: int
+
+
 class CertifyReport(NamedTuple):
     """The fields of delmesh_certify_report."""
 
@@ -200,5 +213,5 @@ class DistanceReport(NamedTuple):
 STRUCTS = {MeshInfo: _capi.delmesh_mesh_info, RemeshReport: _capi.delmesh_remesh_report,
     PreserveEstimate: _capi.delmesh_preserve_estimate, LevelReport: _capi.delmesh_level_report,
     DecimateReport: _capi.delmesh_decimate_report, SubdivideReport: _capi.delmesh_subdivide_report,
-    CertifyReport: _capi.delmesh_certify_report, QualityReport: _capi.delmesh_quality_report,
-    DistanceReport: _capi.delmesh_distance_report}
+    ReevaluateReport: _capi.delmesh_reevaluate_report, CertifyReport: _capi.delmesh_certify_report,
+    QualityReport: _capi.delmesh_quality_report, DistanceReport: _capi.delmesh_distance_report}
