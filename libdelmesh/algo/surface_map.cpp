@@ -572,26 +572,45 @@ namespace {
 constexpr int64_t kMany = 1 << 16;
 
 // A corner's place on the source is in one triangle of it, whose corners have their places on one face of the cage: on a face, places
-// between places are on it.
+// between places are on it. Corners of one place share it.
 Status carry_cage_places(Context& context, const Mesh& in, Mesh& out) {
+    const auto weighted = [&](const CornerPlace& place) {
+        double s = 0, t = 0;
+        for (int k = 0; k < 3; ++k) {
+            const CagePlace& of = cage_place(in, place.corner[k]);
+            s += place.weight[k] * static_cast<double>(of.s);
+            t += place.weight[k] * static_cast<double>(of.t);
+        }
+        return CagePlace{cage_place(in, place.corner[0]).face, static_cast<float>(s), static_cast<float>(t)};
+    };
     out.cage = in.cage;
+    // First those of corner_places, then those that `in` has and corners of `out` still use.
+    Array<int32_t> used(context.memory());
+    DM_TRY(fill(context, used, in.cage_places.size(), -1));
     out.corner_cage.resize_uninitialized(out.corners());
+    int64_t places = out.corner_places.size();
+    for (int32_t c = 0; c < out.corners(); ++c) {
+        if (c % kMany == 0) DM_TRY(context.progress(1));
+        const int32_t corner = source_of(out.corner_map, c);
+        if (corner < 0) {
+            out.corner_cage[c] = ~corner;
+            continue;
+        }
+        int32_t& place = used[in.corner_cage[corner]];
+        if (place < 0) place = static_cast<int32_t>(places++);
+        out.corner_cage[c] = place;
+    }
+    out.cage_places.resize_uninitialized(places);
+    DM_TRY(context.parallel(out.corner_places.size(), kMany, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) out.cage_places.data()[i] = weighted(out.corner_places.data()[i]);
+    }));
+    DM_TRY(context.parallel(used.size(), kMany, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i)
+            if (used.data()[i] >= 0) out.cage_places.data()[used.data()[i]] = in.cage_places.data()[i];
+    }));
     out.face_cage.resize_uninitialized(out.faces());
     return context.parallel(out.faces(), kMany, [&](int64_t, int64_t begin, int64_t end) {
-        for (int64_t f = begin; f < end; ++f) out.face_cage[f] = cage_face(in, source_of(out.face_source, f));
-        for (int64_t c = 3 * begin; c < 3 * end; ++c) {
-            const CornerPlace place = corner_place(out, static_cast<int32_t>(c));
-            const CagePlace& first = in.corner_cage[place.corner[0]];
-            out.corner_cage[c] = first;
-            if (place.weight[0] == 1) continue;
-            double s = 0, t = 0;
-            for (int k = 0; k < 3; ++k) {
-                const CagePlace& of = in.corner_cage[place.corner[k]];
-                s += place.weight[k] * static_cast<double>(of.s);
-                t += place.weight[k] * static_cast<double>(of.t);
-            }
-            out.corner_cage[c] = {first.face, static_cast<float>(s), static_cast<float>(t)};
-        }
+        for (int64_t f = begin; f < end; ++f) out.face_cage.data()[f] = cage_face(in, source_of(out.face_source, f));
     });
 }
 

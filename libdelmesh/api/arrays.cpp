@@ -170,11 +170,11 @@ void write_integers(const Mesh& mesh, int32_t what, const Strided<T>& out) {
         for (; edge < mesh.counts.edges; ++edge) *out.element(edge) = static_cast<T>(source_of(mesh.edge_source, edge));
         break;
     case DELMESH_CORNER_CAGE_FACE:
-        for (int32_t c = 0; c < corners; ++c) out.corner(c) = static_cast<T>(mesh.corner_cage[c].face);
+        for (int32_t c = 0; c < corners; ++c) out.corner(c) = static_cast<T>(cage_place(mesh, c).face);
         break;
     case DELMESH_VERT_CAGE_FACE: // of corners from the last on, so that the first is what stays
         for (int32_t v = 0; v < verts; ++v) *out.element(v) = static_cast<T>(-1);
-        for (int32_t c = corners - 1; c >= 0; --c) *out.element(mesh.corner_vert[c]) = static_cast<T>(mesh.corner_cage[c].face);
+        for (int32_t c = corners - 1; c >= 0; --c) *out.element(mesh.corner_vert[c]) = static_cast<T>(cage_place(mesh, c).face);
         break;
     case DELMESH_FACE_CAGE_FACE:
         for (int32_t f = 0; f < faces; ++f) *out.element(f) = static_cast<T>(cage_face(mesh, f));
@@ -214,7 +214,7 @@ void write_cage_places(const Mesh& mesh, int32_t what, const Strided<T>& out) {
     const bool of_verts = what == DELMESH_VERT_CAGE_PLACE;
     for (int32_t v = 0; of_verts && v < mesh.vertices(); ++v) write(v, 0, 0);
     for (int32_t c = mesh.corners() - 1; c >= 0; --c)
-        write(of_verts ? mesh.corner_vert[c] : c, mesh.corner_cage[c].s, mesh.corner_cage[c].t);
+        write(of_verts ? mesh.corner_vert[c] : c, cage_place(mesh, c).s, cage_place(mesh, c).t);
 }
 
 template <class T>

@@ -32,6 +32,7 @@ void Mesh::copy_from(const Mesh& o) {
     layers.copy_from(o.layers);
     layer_values.copy_from(o.layer_values);
     corner_cage.copy_from(o.corner_cage);
+    cage_places.copy_from(o.cage_places);
     face_cage.copy_from(o.face_cage);
 }
 

@@ -101,7 +101,7 @@ struct Mesh {
         : pos32(memory), pos64(memory), corner_vert(memory), corner_twin(memory), corner_bits(memory), cut_slots(memory),
           face_source(memory), vert_source(memory), vert_join(memory), vert_parent(memory), split_map(memory), corner_map(memory),
           corner_places(memory), edge_source(memory), layers(memory), layer_values(memory), corner_cage(memory),
-          face_cage(memory) {}
+          cage_places(memory), face_cage(memory) {}
 
     // Made by mesh_create: its sources are the caller's arrays, and operations look through it to those. The sources of other
     // meshes are the mesh that they were made from.
@@ -131,8 +131,9 @@ struct Mesh {
     Array<float> layer_values;
     // Where corners and faces lie on a cage; only of meshes that come from one.
     uint64_t cage = 0;            // what tells cages of different faces apart; 0: none
-    Array<CagePlace> corner_cage; // 3 F
-    Array<int32_t> face_cage;     // F, or empty: the cage's face of a face's corners, which is then the same for all three
+    Array<int32_t> corner_cage; // 3 F: which of cage_places
+    Array<CagePlace> cage_places;
+    Array<int32_t> face_cage; // F, or empty: the cage's face of a face's corners, which is then the same for all three
     int32_t vertex_count = 0;
     MeshCounts counts;
 

@@ -25,8 +25,11 @@ inline CornerPlace corner_place(const Mesh& mesh, int32_t c) {
 }
 
 // Only where mesh.cage is not 0.
-inline int32_t cage_face(const Mesh& mesh, int32_t f) {
-    return mesh.face_cage.empty() ? mesh.corner_cage[3 * int64_t{f}].face : mesh.face_cage[f];
+inline const CagePlace& cage_place(const Mesh& mesh, int64_t c) {
+    return mesh.cage_places.data()[mesh.corner_cage.data()[c]];
+}
+inline int32_t cage_face(const Mesh& mesh, int64_t f) {
+    return mesh.face_cage.empty() ? cage_place(mesh, 3 * f).face : mesh.face_cage[f];
 }
 
 // What `out`, which was made from `in`, has for its source.

@@ -224,11 +224,16 @@ private:
 
     // places: on a face of the cage, between its corners
     Status check_cage_places() {
-        return for_each(0.98, 1, mesh_.corner_cage.size(), [&](int32_t c) -> Status {
-            const CagePlace& place = mesh_.corner_cage[c];
+        DM_TRY(for_each(0.98, 0.99, mesh_.corner_cage.size(), [&](int32_t c) -> Status {
+            DM_HOLDS(in_range(mesh_.corner_cage[c], mesh_.cage_places.size()), "Corner %d had place %d on the cage.", c,
+                     mesh_.corner_cage[c]);
+            return DELMESH_OK;
+        }));
+        return for_each(0.99, 1, mesh_.cage_places.size(), [&](int32_t i) -> Status {
+            const CagePlace& place = mesh_.cage_places[i];
             constexpr float kMost = 1.000001f;                                                    // where places were weighted
             DM_HOLDS(place.face >= 0 && std::abs(place.s) <= kMost && std::abs(place.t) <= kMost, // false for NaN too
-                     "Corner %d lay on face %d of the cage at no place of it.", c, place.face);
+                     "Place %d was on face %d of the cage at no place of it.", i, place.face);
             return DELMESH_OK;
         });
     }

@@ -53,13 +53,13 @@ private:
 template <class Begin, class At>
 Status for_corners(Context& context, const Cage& cage, const Mesh& mesh, const delmesh_view_mut& target, Begin&& begin, At&& at) {
     PlaceOrder order(context.memory());
-    DM_TRY(order.build(context, cage, mesh.corners(), [&](int64_t c) { return mesh.corner_cage.data()[c].face; }));
+    DM_TRY(order.build(context, cage, mesh.corners(), [&](int64_t c) { return cage_place(mesh, c).face; }));
     return for_limit_faces(context, cage, order.per_face(), 0.2, 1, [&](LimitEvaluator& evaluator, int32_t f) {
         if (order.is_empty(f)) return;
         Recent recent;
         begin(evaluator, f);
         order.for_each(f, [&](int32_t c) {
-            const CagePlace& place = mesh.corner_cage[c];
+            const CagePlace& place = cage_place(mesh, c);
             write(target, c, recent.find(place, [&](double* value) { at(evaluator, place, value); }));
         });
     });
@@ -76,13 +76,13 @@ Status limit_of_verts(Context& context, const Cage& cage, const Mesh& mesh, cons
         if (first[v] < 0) write(target, v, none);
     PlaceOrder order(context.memory());
     DM_TRY(order.build(context, cage, mesh.vertices(),
-                       [&](int64_t v) { return first[v] < 0 ? -1 : mesh.corner_cage[first[v]].face; }));
+                       [&](int64_t v) { return first[v] < 0 ? -1 : cage_place(mesh, first[v]).face; }));
     return for_limit_faces(context, cage, order.per_face(), 0.2, 1, [&](LimitEvaluator& evaluator, int32_t f) {
         if (order.is_empty(f)) return;
         evaluator.face(f, -1);
         evaluator.take(source.data(), target.components);
         order.for_each(f, [&](int32_t v) {
-            const CagePlace& place = mesh.corner_cage[first[v]];
+            const CagePlace& place = cage_place(mesh, first[v]);
             double value[LimitEvaluator::kMostComponents];
             evaluator.at(place.s, place.t, value);
             write(target, v, value);

@@ -2,6 +2,7 @@
 // The elements of a mesh by the face of the cage that they lie on.
 #pragma once
 
+#include "mesh/source_map.h"
 #include "mesh/views.h"
 #include "subdiv/faces.h"
 

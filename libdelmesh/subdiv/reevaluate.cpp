@@ -71,7 +71,7 @@ Status reevaluate(Context& context, const Cage& cage, const Mesh& mesh, const Ar
     const auto is_own = [&](int64_t v) { return first[v] >= 0 && source_of(mesh.vert_join, v) == v; };
     PlaceOrder order(memory);
     DM_TRY(
-        order.build(context, cage, mesh.vertices(), [&](int64_t v) { return is_own(v) ? mesh.corner_cage[first[v]].face : -1; }));
+        order.build(context, cage, mesh.vertices(), [&](int64_t v) { return is_own(v) ? cage_place(mesh, first[v]).face : -1; }));
     struct Found {
         int64_t moved = 0;
         double offset = 0;
@@ -84,7 +84,7 @@ Status reevaluate(Context& context, const Cage& cage, const Mesh& mesh, const Ar
         evaluator.face(f, -1);
         evaluator.take(both.data(), 6);
         order.for_each(f, [&](int32_t v) {
-            const CagePlace& place = mesh.corner_cage[first[v]];
+            const CagePlace& place = cage_place(mesh, first[v]);
             double q[6], ds[6], dt[6];
             evaluator.at(place.s, place.t, q, ds, dt);
             const auto vector = [](const double* x) { return Vec3{x[0], x[1], x[2]}; };

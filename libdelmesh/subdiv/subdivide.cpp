@@ -23,9 +23,8 @@ constexpr int32_t kHighestRate = 4096;
 
 // A triangle or quad on its way into the mesh. bits[k]: of the edge from corner k on.
 struct Facet {
-    int32_t sides;
-    int32_t vert[4];
-    CagePlace place[4];
+    int32_t source, sides; // source: the cage's face
+    int32_t vert[4], place[4];
     EdgeBits bits[4];
 };
 
@@ -38,7 +37,7 @@ void write_triangle(Mesh& mesh, int64_t face, const Facet& facet, int i, int j, 
         mesh.corner_cage[c] = facet.place[from[n]];
         mesh.corner_bits[c] = side ? facet.bits[from[n]] : EdgeBits{0};
     }
-    mesh.face_source[face] = facet.place[0].face;
+    mesh.face_source[face] = facet.source;
 }
 
 // Quads are cut along the shorter diagonal of the rounded positions. Returns the number of triangles.
@@ -205,18 +204,22 @@ public:
           edge_point_(context.memory(), cage.edges(), -1), face_point_(context.memory(), cage.faces(), -1),
           face_first_(context.memory(), cage.faces(), 0) {}
 
-    // Also the first triangle of each face.
-    Status number(Context& context, Array<int32_t>& first_triangle, int64_t& triangles, int64_t& points) {
+    struct Counts {
+        int64_t points = 0, triangles = 0, places = 0;
+    };
+    struct First { // of a face's
+        int32_t triangle, place;
+    };
+    Status number(Context& context, Array<First>& first_of, Counts& counts) {
         const auto take = [&](int32_t& first, int64_t count) {
-            first = static_cast<int32_t>(points);
-            points += count;
+            first = static_cast<int32_t>(counts.points);
+            counts.points += count;
         };
-        first_triangle.resize_uninitialized(cage_.faces());
-        triangles = points = 0;
+        first_of.resize_uninitialized(cage_.faces());
         for (int32_t f = 0; f < cage_.faces(); ++f) {
             if (f % (1 << 16) == 0) DM_TRY(context.progress(0.1));
-            first_triangle[f] = static_cast<int32_t>(triangles);
-            face_first_[f] = static_cast<int32_t>(points);
+            first_of[f] = {static_cast<int32_t>(counts.triangles), static_cast<int32_t>(counts.places)};
+            face_first_[f] = static_cast<int32_t>(counts.points);
             if (cage_.has_limit[f] == 0) continue;
             const Patterns::Pattern pattern = patterns_.of(cage_.face_size(f));
             for (int32_t c = cage_.face_first[f]; c < cage_.face_first[f + 1]; ++c) {
@@ -224,8 +227,9 @@ public:
                 if (edge_point_[cage_.corner_edge[c]] < 0) take(edge_point_[cage_.corner_edge[c]], rate_ - 1);
             }
             take(face_point_[f], pattern.points - cage_.face_size(f) * rate_);
-            triangles += pattern.triangles;
-            if (points > INT32_MAX)
+            counts.triangles += pattern.triangles;
+            counts.places += pattern.points;
+            if (counts.places > INT32_MAX)
                 return context.fail(DELMESH_ERROR_TOO_LARGE, "The rate %d made more than 2147483647 vertices.", rate_);
         }
         return DELMESH_OK;
@@ -287,7 +291,7 @@ public:
     }
 
 private:
-    void make_room(int64_t points, int64_t triangles) {
+    void make_room(int64_t points, int64_t triangles, int64_t places) {
         mesh_.vertex_count = static_cast<int32_t>(points);
         if (mesh_.precision == Precision::f32)
             mesh_.pos32.resize_uninitialized(3 * points);
@@ -297,6 +301,7 @@ private:
         mesh_.corner_cage.resize_uninitialized(3 * triangles);
         mesh_.corner_bits.resize_uninitialized(3 * triangles);
         mesh_.face_source.resize_uninitialized(triangles);
+        mesh_.cage_places.resize_uninitialized(places);
     }
     // False where it does not fit the precision.
     bool set_point(int32_t point, const double* x) {
@@ -314,18 +319,20 @@ private:
         Patterns patterns(context_.memory());
         DM_TRY(patterns.cut(context_, cage_, rate));
         Points number(context_, cage_, patterns, rate);
-        Array<int32_t> first_triangle(context_.memory());
-        int64_t triangles, points;
-        DM_TRY(number.number(context_, first_triangle, triangles, points));
-        make_room(points, triangles);
+        Points::Counts counts;
+        Array<Points::First> first(context_.memory());
+        DM_TRY(number.number(context_, first, counts));
+        make_room(counts.points, counts.triangles, counts.places);
         Array<uint8_t> lost(context_.memory(), cage_.faces(), 0);
-        const int64_t samples = points / cage_.faces();
+        const int64_t samples = counts.points / cage_.faces();
         DM_TRY(for_limit_faces(context_, cage_, samples, 0.1, 0.7, [&](LimitEvaluator& evaluator, int32_t f) {
             const Patterns::Pattern pattern = patterns.of(cage_.face_size(f));
             evaluator.face(f, -1);
             evaluator.take(cage_.positions.data(), 3);
+            CagePlace* const places = mesh_.cage_places.data() + first[f].place;
             for (int32_t i = 0; i < pattern.points; ++i) {
                 const int32_t point = number(f, i);
+                places[i] = {f, pattern.places[2 * i], pattern.places[2 * i + 1]};
                 if (!number.is_first(f, point)) continue;
                 double x[3];
                 evaluator.at(pattern.places[2 * i], pattern.places[2 * i + 1], x);
@@ -339,14 +346,15 @@ private:
             for (int32_t f = static_cast<int32_t>(begin); f < end; ++f) {
                 if (cage_.has_limit[f] == 0) continue;
                 const Patterns::Pattern pattern = patterns.of(cage_.face_size(f));
-                int64_t at = first_triangle[f];
+                int64_t at = first[f].triangle;
                 for (int32_t k = 0; k < pattern.facet_count; ++k) {
                     const int32_t* const of = pattern.facets + 4 * int64_t{k};
                     Facet facet;
+                    facet.source = f;
                     facet.sides = of[3] < 0 ? 3 : 4;
                     for (int32_t n = 0; n < facet.sides; ++n) {
                         facet.vert[n] = number(f, of[n]);
-                        facet.place[n] = {f, pattern.places[2 * of[n]], pattern.places[2 * of[n] + 1]};
+                        facet.place[n] = first[f].place + of[n];
                         facet.bits[n] = number.bits_of(f, of[n], of[(n + 1) % facet.sides]);
                     }
                     at += write_facet(mesh_, at, facet);
@@ -372,19 +380,21 @@ private:
             if (number[v] < 0) number[v] = points++;
             v = number[v];
         }
-        make_room(points, sides == 3 ? faces : 2 * faces);
+        make_room(points, sides == 3 ? faces : 2 * faces, sides * faces);
         for (int64_t v = 0; v < number.size(); ++v)
             if (number[v] >= 0 && !set_point(number[v], refined.positions.data() + 3 * v)) return too_far(-1);
         int64_t at = 0;
         for (int64_t f = 0; f < faces; ++f) {
             if (f % (1 << 16) == 0) DM_TRY(context_.progress(0.8));
             Facet facet;
+            facet.source = refined.face_source[f];
             facet.sides = sides;
             for (int32_t n = 0; n < sides; ++n) {
                 const int64_t c = sides * f + n;
                 const int32_t edge = refined.corner_edge[c];
                 facet.vert[n] = refined.face_verts[c];
-                facet.place[n] = {refined.face_source[f], refined.places[2 * c], refined.places[2 * c + 1]};
+                facet.place[n] = static_cast<int32_t>(c);
+                mesh_.cage_places[c] = {facet.source, refined.places[2 * c], refined.places[2 * c + 1]};
                 facet.bits[n] = edge < 0 ? EdgeBits{0} : cage_.edge_bits[edge];
             }
             at += write_facet(mesh_, at, facet);
@@ -406,9 +416,9 @@ private:
     // Where faces were turned over or left out, corner_map tells the corners as they were written.
     Status follow_repairs() {
         if (mesh_.corner_map.empty()) return DELMESH_OK;
-        Array<CagePlace> places = std::move(mesh_.corner_cage);
-        Array<EdgeBits> bits = std::move(mesh_.corner_bits);
-        mesh_.corner_cage = Array<CagePlace>(context_.memory());
+        const Array<int32_t> places = std::move(mesh_.corner_cage);
+        const Array<EdgeBits> bits = std::move(mesh_.corner_bits);
+        mesh_.corner_cage = Array<int32_t>(context_.memory());
         mesh_.corner_bits = Array<EdgeBits>(context_.memory());
         mesh_.corner_cage.resize_uninitialized(mesh_.corners());
         mesh_.corner_bits.resize_uninitialized(mesh_.corners());
