@@ -571,8 +571,8 @@ namespace {
 
 constexpr int64_t kMany = 1 << 16;
 
-// A corner's place on the source is in one triangle of it, whose corners have their places on one face of the cage: on a face, places
-// between places are on it. Corners of one place share it.
+// A corner's place on the source is in one triangle of it, whose corners have their places on one face of the cage: on a face,
+// places between places are on it. Corners of one place share it.
 Status carry_cage_places(Context& context, const Mesh& in, Mesh& out) {
     const auto weighted = [&](const CornerPlace& place) {
         double s = 0, t = 0;

@@ -125,12 +125,12 @@ struct Mesh {
     Array<CornerPlace> corner_places;
     Array<int32_t> edge_source; // E, in the order of first corners, or empty for the identity; -1: no piece of a source edge
     int64_t source_verts = 0, source_corners = 0, source_faces = 0, source_edges = 0;
-    // Only where imported or subdivided, and only of layers whose values are needed again: components after each other, corner by corner of
-    // this mesh's own.
+    // Only where imported or subdivided, and only of layers whose values are needed again: components after each other, corner by
+    // corner of this mesh's own.
     Array<MeshLayer> layers;
     Array<float> layer_values;
     // Where corners and faces lie on a cage; only of meshes that come from one.
-    uint64_t cage = 0;            // what tells cages of different faces apart; 0: none
+    uint64_t cage = 0;          // what tells cages of different faces apart; 0: none
     Array<int32_t> corner_cage; // 3 F: which of cage_places
     Array<CagePlace> cage_places;
     Array<int32_t> face_cage; // F, or empty: the cage's face of a face's corners, which is then the same for all three

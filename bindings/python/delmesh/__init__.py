@@ -22,6 +22,8 @@ from ._capi import DELMESH_EDGE_SHARP as EDGE_SHARP
 from ._capi import DELMESH_EDGE_SOURCE as EDGE_SOURCE
 from ._capi import DELMESH_EDGE_UV as EDGE_UV
 from ._library import load_library, unload_library
+from ._reports import ReevaluateReport, SubdivideReport
+from .cage import Cage, subdivide
 from .core import (CancelToken, CertifyReport, Context, DecimateOptions, DecimateReport, DistanceOptions, DistanceReport, Family,
                    LevelReport, Measurement, Mesh, MeshInfo, PreserveEstimate, QualityReport, RemeshOptions, RemeshReport, Result,
                    certify, decimate, distance, estimate_preserve, lod_family, measure, remesh, version)
@@ -32,4 +34,5 @@ from .layers import Layer
 from .sparse import Rows, transfer_rows
 from .transfer import SurfaceMap
 
-__all__ = [name for name in dir() if not name.startswith("_") and name not in ("core", "errors", "layers", "sparse", "transfer")]
+_MODULES = ("cage", "core", "errors", "layers", "sparse", "transfer")
+__all__ = [name for name in dir() if not name.startswith("_") and name not in _MODULES]

@@ -200,9 +200,9 @@ class Context:
     def _name(self, status):
         return self._library.status_name(status).decode()
 
-    def _call(self, function, *arguments, progress=None, cancel=None, out=None):
-        """Calls function(context, *arguments), or raises what its status says. out: the mesh handle, or the array of them,
-        among the arguments that the call makes."""
+    def _call(self, function, *arguments, progress=None, cancel=None, out=None, destroy="mesh_destroy"):
+        """Calls function(context, *arguments), or raises what its status says. out: the handle, or the array of them, among the
+        arguments that the call makes; destroy: what such handles go to."""
         if not self._lock.acquire(blocking=False):
             raise Busy("The context was in use: a call on it has not returned yet.")
         try:
@@ -220,7 +220,7 @@ class Context:
         if error is not None:
             for made in out if isinstance(out, C.Array) else [out]:
                 if made:
-                    self._library.mesh_destroy(made)
+                    getattr(self._library, destroy)(made)
             raise error
         if status:
             error = BY_STATUS.get(status, DelmeshError)(sentence or self._name(status))
@@ -343,19 +343,29 @@ class Mesh:
         return mesh
 
     def _carry(self, context, source, cancel):
-        """Gets the layers of the mesh that this one was made of, now: the caller may change their arrays afterwards."""
-        self._sources = _layers.carry(context, source, self, source._sources, cancel)
+        """Gets the layers of the mesh that this one was made of, now: the caller may change their arrays afterwards. Where that
+        came from a cage, and this one knows its places there, they are the cage's."""
+        self._cage = source._cage
+        if self._cage and self._has_places():
+            self._sources = self._cage._evaluated(context, self, cancel)
+        else:
+            self._sources = _layers.carry(context, source, self, source._sources, cancel)
+
+    def _has_places(self):
+        return not self._handle.native.mesh_borrow(self._handle.pointer, _capi.DELMESH_FACE_CAGE_FACE, _capi.delmesh_view())
 
     def _adopt(self, context, pointer):
         library = context._library
         self._threads = context._threads
-        self._sources, self._numbers = {}, None
+        self._sources, self._numbers, self._cage = {}, None, None
         self._handle = _Handle(library, pointer)
         info = _initialised(library, _capi.delmesh_mesh_info)
         self._check(library.mesh_get_info(pointer, info), "info")
         self.info = MeshInfo(*_values(info))
 
     def _check(self, status, what):
+        if status == _capi.DELMESH_ERROR_INVALID_ARGUMENT and what.startswith(("cage_", "corner_cage", "vert_cage")):
+            raise InvalidArgument(f"The array '{what}' is not there: the mesh does not come from a cage with map=True.")
         if status == _capi.DELMESH_ERROR_INVALID_ARGUMENT and what.startswith(("corner_map", "edge_source")):
             raise InvalidArgument(f"The array '{what}' is not there: the mesh was made without map=True.")
         if status:
@@ -378,7 +388,10 @@ class Mesh:
                "edge_flags": (_capi.DELMESH_EDGE_FLAGS, 1), "vert_map_verts": (_capi.DELMESH_VERT_MAP_VERT, 3),
                "vert_map_weights": (_capi.DELMESH_VERT_MAP_WEIGHT, 3), "vert_parent": (_capi.DELMESH_VERT_PARENT, 1),
                "corner_map_corners": (_capi.DELMESH_CORNER_MAP_CORNER, 3),
-               "corner_map_weights": (_capi.DELMESH_CORNER_MAP_WEIGHT, 3), "edge_source": (_capi.DELMESH_EDGE_SOURCE_EDGE, 1)}
+               "corner_map_weights": (_capi.DELMESH_CORNER_MAP_WEIGHT, 3), "edge_source": (_capi.DELMESH_EDGE_SOURCE_EDGE, 1),
+               "corner_cage_faces": (_capi.DELMESH_CORNER_CAGE_FACE, 3), "corner_cage_places": (_capi.DELMESH_CORNER_CAGE_PLACE, 2),
+               "vert_cage_faces": (_capi.DELMESH_VERT_CAGE_FACE, 1), "vert_cage_places": (_capi.DELMESH_VERT_CAGE_PLACE, 2),
+               "cage_faces": (_capi.DELMESH_FACE_CAGE_FACE, 1)}
 
     def _borrow(self, name):
         what, columns = self._ARRAYS[name]
@@ -466,6 +479,26 @@ class Mesh:
         """(e,) the source edge that each edge is a piece of, -1 for none: the row in the source's `edges` argument if it had one,
         else in its array `edges`. Needs map=True."""
         return self._borrow("edge_source")
+
+    @property
+    def cage(self):
+        """The Cage that the mesh comes from, or None."""
+        return self._cage
+
+    @property
+    def cage_faces(self) -> np.ndarray:
+        """(f,) of a mesh from a cage: the cage's face whose material... each face has."""
+        return self._borrow("cage_faces")
+
+    @property
+    def corner_cage(self) -> tuple[np.ndarray, np.ndarray]:
+        """(f, 3) faces of the cage and (f, 3, 2) float32 places on them, on each corner's own side of every seam and crease."""
+        return self._borrow("corner_cage_faces"), self._borrow("corner_cage_places").reshape(-1, 3, 2)
+
+    @property
+    def vert_cage(self) -> tuple[np.ndarray, np.ndarray]:
+        """(v,) faces of the cage and (v, 2) float32 places on them: those of each vertex's first corner; -1 if it has none."""
+        return self._borrow("vert_cage_faces"), self._borrow("vert_cage_places")
 
     @property
     def layers(self) -> Mapping[str, np.ndarray]:
@@ -648,8 +681,8 @@ class Family(NamedTuple):
 
 
 def _mapped(source, options):
-    """The option `map`: if there are layers, unless told otherwise."""
-    wanted = bool(options.get("map", source._sources))
+    """The option `map`: if there are layers, or places on a cage, unless told otherwise."""
+    wanted = bool(options.get("map", source._sources or source._cage))
     for name, layer in source._sources.items():
         if not wanted and layer.domain in ("corner", "edge"):
             raise InvalidArgument(f"The option 'map' was off, and the layer '{name}' of {_layers.PLURAL[layer.domain]} needs it.")
