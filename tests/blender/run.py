@@ -3,6 +3,7 @@
 """Installs the add-on in a Blender of its own profile and runs test_addon.py there, headless. Exit status 77: skipped.
 
     run.py --library libdelmesh.so --blender /usr/bin/blender [--source-tree]
+    run.py ... --beside     runs test_beside.py instead: the library alone, beside the host's OpenSubdiv
     run.py --library libdelmesh.so --bpy 4.5.15 --environment FOLDER     (a virtual environment, made there and used again)
 """
 import argparse
@@ -46,6 +47,7 @@ def main():
     parser.add_argument("--library", dest="shared_object", required=True)
     parser.add_argument("--blender")
     parser.add_argument("--source-tree", action="store_true")
+    parser.add_argument("--beside", action="store_true")
     parser.add_argument("--bpy")
     parser.add_argument("--environment", type=pathlib.Path)
     arguments = parser.parse_args()
@@ -61,16 +63,18 @@ def main():
                        "BLENDER_USER_SCRIPTS": str(profile / "scripts"), "PYTHONDONTWRITEBYTECODE": "1"}
         environment.pop("PYTHONPATH", None)
         environment.pop("DELMESH_LIBRARY", None)
-        if arguments.source_tree:
+        script = HERE / ("test_beside.py" if arguments.beside else "test_addon.py")
+        if arguments.beside:
+            environment["DELMESH_LIBRARY"] = arguments.shared_object
+        elif arguments.source_tree:
             (addons / "delmesh").symlink_to(ROOT / "blender_addon" / "delmesh")
             environment["DELMESH_LIBRARY"] = arguments.shared_object
         else:
             environment["DELMESH_ADDON_ZIP"] = subprocess.run(
                 [sys.executable, ROOT / "scripts" / "build_addon", arguments.shared_object, "--output", folder],
                 check=True, capture_output=True, text=True).stdout.strip()
-        command = [python, HERE / "test_addon.py"] if python else [
-            arguments.blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "7", "--python",
-            HERE / "test_addon.py"]
+        command = [python, script] if python else [
+            arguments.blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "7", "--python", script]
         sys.exit(subprocess.run(command, env=environment, timeout=550).returncode)
 
 
