@@ -110,6 +110,9 @@ class Loading(unittest.TestCase):
                              "signal.signal(signal.SIGUSR1, handler); signal.alarm(20)\n"
                              "with token._lock, _library._lock: signal.raise_signal(signal.SIGUSR1)"), "True True")
 
+    def test_the_path_tells_which_file_is_in_use(self):
+        self.assertEqual(run("import delmesh; print(delmesh.library_path())"), LIBRARY)
+
     def test_a_missing_file_is_a_sentence(self):
         said = run(WHICH, DELMESH_LIBRARY="/nonexistent/libdelmesh.so")
         self.assertRegex(said, r"^LibraryNotFound /nonexistent/libdelmesh.so could not be loaded: .+")

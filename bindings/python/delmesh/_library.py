@@ -82,6 +82,11 @@ def loaded_library():
         return _default
 
 
+def library_path():
+    """The file of the library in use, which is loaded if there is none yet; a bare name where the system found it."""
+    return os.fspath(loaded_library().path)
+
+
 def unload_library():
     """Lets go of the library; it is closed as soon as no mesh, context or array of it is left."""
     global _default
