@@ -1,12 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Delmesh: Delaunay remeshing for Blender. A user of the delmesh Python package, which is the way to the C library.
+"""Delmesh: Delaunay remeshing and LOD families for Blender. A user of the delmesh Python package, which is the way to the library.
 
-native.py finds the package; exchange.py reads and writes meshes; marks.py says which edges must stay; operators.py and panel.py
-are what the user sees.
+    native.py      finds the package
+    meshdata.py    a mesh with everything on it, as arrays
+    exchange.py    Blender meshes to that and back
+    survive.py     what is done to it; without bpy
+    runner.py      runs that, in a thread if there is a window
+    isolation.py   ... and in another process: helper.py, shared.py
+    options.py     of the operators; settings.py: what files remember
+    operators.py   Delaunay Remesh, Check Delaunay; lods.py: Delaunay LOD Family
+    cautions.py    what users should know before
+    panel.py, overlay.py   what they see
 """
 import bpy
 
-from . import native, operators, panel
+from . import isolation, lods, native, operators, overlay, panel, runner, settings
 
 bl_info = {
     "name": "Delmesh",
@@ -14,21 +22,27 @@ bl_info = {
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
     "location": "Object menu, and View3D > Sidebar > Delmesh",
-    "description": "Delaunay remeshing with an exact certificate",
+    "description": "Delaunay remeshing and LOD families, with an exact certificate",
     "category": "Mesh",
 }
 
-_CLASSES = (operators.OBJECT_OT_delmesh_remesh, panel.VIEW3D_PT_delmesh, panel.DelmeshPreferences)
+_CLASSES = (*settings.CLASSES, operators.OBJECT_OT_delmesh_remesh, lods.OBJECT_OT_delmesh_lod, operators.OBJECT_OT_delmesh_check,
+            *panel.CLASSES)
+_PARTS = (settings, panel, overlay)
 
 
 def register():
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.VIEW3D_MT_object.append(panel.draw_menu)
+    for part in _PARTS:
+        part.register()
 
 
 def unregister():
-    bpy.types.VIEW3D_MT_object.remove(panel.draw_menu)
+    runner.end()
+    for part in reversed(_PARTS):
+        part.unregister()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)
+    isolation.close()
     native.forget()

@@ -29,8 +29,8 @@ def load():
     global _problem
     try:
         package = _package()
-        addon = bpy.context.preferences.addons.get(__package__)
-        path = bpy.path.abspath(addon.preferences.path_to_library) if addon and addon.preferences else ""
+        settings = preferences()
+        path = bpy.path.abspath(settings.path_to_library) if settings else ""
         try:
             if path:
                 package.load_library(path)
@@ -43,6 +43,18 @@ def load():
         raise
     _problem = ""
     return package
+
+
+def preferences():
+    """The add-on's, None while it is being installed or where it is used as a module."""
+    addon = bpy.context.preferences.addons.get(__package__)
+    return addon.preferences if addon else None
+
+
+def isolated():
+    """Whether the library runs in a process of its own."""
+    settings = preferences()
+    return settings is None or settings.isolate
 
 
 def problem():

@@ -1,138 +1,174 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The operator Delaunay Remesh. execute() reads everything from its properties and the context, so that the redo panel and
-scripts get the same result."""
-import math
+"""The operators Delaunay Remesh and Check Delaunay. execute() reads everything from its properties and the context, so that the
+redo panel and scripts get the same result."""
 import time
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, EnumProperty, FloatProperty
 
-from . import exchange, marks, native
-
-
-class Refused(Exception):
-    """Says in a sentence why an object is left alone."""
+from . import cautions, exchange, overlay
+from .options import CheckOptions, RemeshOptions
+from .runner import Request, Running
 
 
-class OBJECT_OT_delmesh_remesh(bpy.types.Operator):
+def selected_meshes(operator, context):
+    """{mesh: its selected objects} of those that can be worked on; reports the others."""
+    objects, linked = {}, []
+    for ob in sorted(context.selected_editable_objects, key=lambda ob: ob != context.active_object):
+        if ob.type == "MESH":
+            if ob.data.library or ob.data.override_library:
+                linked.append(ob.name)
+            else:
+                objects.setdefault(ob.data, []).append(ob)
+    if linked:
+        operator.report({"WARNING"}, f"Left as they were: {', '.join(linked)}, whose meshes are linked from another file")
+    return objects
+
+
+def can_run(cls, context):
+    """What poll() asks, with the reason in the tooltip."""
+    if context.mode != "OBJECT":
+        cls.poll_message_set("Works in Object Mode")
+        return False
+    if not any(ob.type == "MESH" for ob in context.selected_editable_objects):
+        cls.poll_message_set("Select at least one editable mesh object")
+        return False
+    return True
+
+
+def number(value):
+    """With thin spaces between thousands."""
+    return f"{value:,}".replace(",", " ")
+
+
+class Cautions:
+    """Collects what users are to be told, and tells each thing once, with the objects that it is about."""
+
+    def __init__(self):
+        self._about = {}
+
+    def add(self, text, ob):
+        self._about.setdefault(text, []).append(ob.name)
+
+    def report(self, operator):
+        for text, names in self._about.items():
+            about = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+            operator.report({"WARNING"}, f"{about}: {text}")
+
+
+def repairs(cautions_, ob, report):
+    for name, text in (("degenerate_faces", "faces without area were left out"), ("duplicate_faces", "double faces were left out"),
+                       ("non_finite_faces", "faces at infinite or undefined places were left out"),
+                       ("reoriented_faces", "faces were turned over to face as their neighbours do")):
+        if report[name]:
+            cautions_.add(f"{number(report[name])} {text}", ob)
+
+
+class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
     """Turn the selected meshes into Delaunay triangle meshes, keeping materials, UV maps and attributes"""
     bl_idname = "object.delmesh_remesh"
     bl_label = "Delaunay Remesh"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
-    mode: EnumProperty(
-        name="Mode", default="PRESERVE", description="What may change to make every edge Delaunay",
-        items=[("PRESERVE", "Preserve Shape", "Keep the surface: split edges, flip only in flat places. Adds the most vertices"),
-               ("FLIP", "Flip", "Flip edges; add vertices only where no flip is possible. Changes the shape slightly"),
-               ("FEATURE", "Keep Features", "Flip edges, but keep those sharper than an angle")])
-    feature_angle: FloatProperty(
-        name="Feature Angle", description="Edges whose faces meet at a sharper angle than this keep their shape",
-        subtype="ANGLE", default=math.radians(30), min=0, max=math.pi)
-    max_normal_turn: FloatProperty(
-        name="Max Normal Turn", description="By how much a flip may turn the surface; edges that would turn it more are split. "
-        "At 180° any flip is allowed", subtype="ANGLE", default=math.pi, min=0, max=math.pi)
-    boundary: EnumProperty(
-        name="Boundary", default="NONOBTUSE", description="What is asked of the open borders of a mesh",
-        items=[("NONOBTUSE", "Non-Obtuse", "No angle opposite to a border edge is larger than 90°; splits border edges"),
-               ("IGNORE", "Ignore", "Border edges are left as they are")])
-    keep_seams: BoolProperty(name="Seams", description="Keep edges that are marked as seams", default=True)
-    keep_sharp: BoolProperty(name="Sharp Edges", description="Keep edges that are marked as sharp", default=True)
-    keep_materials: BoolProperty(name="Material Borders", description="Keep edges between two materials", default=True)
-    keep_uv_borders: BoolProperty(
-        name="UV Borders", description="Keep edges where a UV map is discontinuous, and in flat places those where it bends. "
-        "Without it textures smear where such edges were flipped", default=True)
-
     @classmethod
     def poll(cls, context):
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Works in Object Mode")
-            return False
-        if not any(ob.type == "MESH" for ob in context.selected_editable_objects):
-            cls.poll_message_set("Select at least one editable mesh object")
-            return False
-        return True
+        return can_run(cls, context)
 
-    def draw(self, context):
+    def draw(self, _context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.prop(self, "mode")
-        column = layout.column()
-        column.active = self.mode == "FEATURE"
-        column.prop(self, "feature_angle")
-        column = layout.column()
-        column.active = self.mode != "PRESERVE"
-        column.prop(self, "max_normal_turn")
-        layout.prop(self, "boundary")
-        column = layout.column(heading="Keep")
-        for name in ("keep_seams", "keep_sharp", "keep_materials", "keep_uv_borders"):
-            column.prop(self, name)
+        self.draw_remesh(layout)
+        self.draw_keep(layout)
 
-    def execute(self, context):
-        try:
-            delmesh = native.load()
-        except native.Unavailable as reason:
-            self.report({"ERROR"}, str(reason))
-            return {"CANCELLED"}
-        # Objects that share a mesh are changed together, once.
-        objects = {ob.data: ob for ob in reversed(context.selected_editable_objects) if ob.type == "MESH"}
-        began = time.perf_counter()
-        totals, failed, dropped = np.zeros(4, np.int64), [], set()
-        manager = context.window_manager
-        manager.progress_begin(0, len(objects))
-        try:
-            for number, (mesh, ob) in enumerate(reversed(objects.items())):
-                try:
-                    totals += self._remesh(delmesh, mesh, ob, dropped,
-                                           lambda fraction, _stage: manager.progress_update(number + fraction))
-                except (Refused, delmesh.DelmeshError) as reason:
-                    failed.append(f"{ob.name}: {reason}")
-        finally:
-            manager.progress_end()
-        if len(failed) == len(objects):
-            self.report({"ERROR"}, failed[0] if len(failed) == 1 else f"{failed[0]} ({len(failed)} objects failed)")
-            return {"CANCELLED"}
-        done = len(objects) - len(failed)
-        before, after, flips, splits = (f"{number:,}".replace(",", " ") for number in totals)
-        self.report({"INFO"}, f"{done} mesh{'es' if done > 1 else ''}: {before} -> {after} triangles, {flips} flips, {splits} "
-                              f"new vertices, Delaunay, in {time.perf_counter() - began:.1f} s")
-        if dropped:
-            self.report({"WARNING"}, f"Not kept: {', '.join(sorted(dropped))}")
-        if failed:
-            self.report({"WARNING"}, f"Left as it was: {'; '.join(failed)}")
+    def _requests(self, context):
+        self._began = time.perf_counter()
+        self._cautions = Cautions()
+        requests = []
+        for mesh, objects in selected_meshes(self, context).items():
+            ob = objects[0]
+            for lost in cautions.losses(ob, True, self.custom_normals):
+                self._cautions.add(f"not kept: {lost}", ob)
+            for each in objects:
+                if cautions.uneven_scale(each):
+                    self._cautions.add("scaled unevenly: Delaunay in the object's own space only; apply the scale first", each)
+            data = exchange.read(mesh, ob, self.custom_normals)
+            scale = max(cautions.scale_of(each) for each in objects)
+            requests.append(Request("remesh", data, self.kept(), self.remesh_options(scale), ob,
+                                    objects=[each.name for each in objects]))
+        return requests
+
+    def _finish(self, context, requests):
+        totals = np.zeros(4, np.int64)
+        for request in requests:
+            ob, report = request.object(), request.outcome.report
+            target = self._copies(request, ob) if self.as_copy else ob
+            exchange.write(request.outcome.meshes[0], target.data, target, exchange.Settings(ob.data, ob))
+            flips = report["flips"] + report["flips_after"]
+            totals += (report["faces_in"], report["faces_out"], flips, report["splits"])
+            repairs(self._cautions, ob, report)
+            if flips or report["splits"]:
+                for material in cautions.normal_mapped(ob.data):
+                    self._cautions.add(f"bake the normal map of {material} anew, the triangles are others", ob)
+        self._cautions.report(self)
+        before, after, flips, splits = map(number, totals)
+        self.report({"INFO"}, f"{len(requests)} mesh{'es' if len(requests) > 1 else ''}: {before} -> {after} triangles, {flips} "
+                              f"flips, {splits} new vertices, Delaunay, in {time.perf_counter() - self._began:.1f} s")
         return {"FINISHED"}
 
-    def _marked_edges(self, source):
-        polygons = marks.Polygons(source.corner_verts, source.corner_edges, source.face_offsets, len(source.edges))
-        marked = np.zeros(len(source.edges), bool)
-        if self.keep_seams:
-            marked |= source.seams
-        if self.keep_sharp:
-            marked |= source.sharp
-        if self.keep_materials:
-            marked |= polygons.face_borders(source.materials)
-        if self.keep_uv_borders:
-            for layer in source.uvs:
-                marked |= polygons.corner_borders(layer.values)
-                if self.mode == "PRESERVE":
-                    marked |= polygons.bends(layer.values, source.positions)
-        marked &= polygons.first >= 0  # an edge without a face cannot be kept
-        return source.edges[marked]
+    @staticmethod
+    def _copies(request, ob):
+        """Copies of the objects that share a mesh share a copy of it. -> one of them."""
+        mesh = ob.data.copy()
+        for name in request.more["objects"]:
+            original = bpy.data.objects[name]
+            copy = original.copy()
+            copy.data = mesh
+            for collection in original.users_collection:
+                collection.objects.link(copy)
+        return copy
 
-    def _remesh(self, delmesh, mesh, ob, dropped, progress):
-        """-> triangles before and after, flips, splits. The mesh changes in the last line, or not at all."""
-        if mesh.shape_keys:
-            raise Refused("meshes with shape keys are not supported yet")
-        source = exchange.Source(mesh, ob)
-        made = delmesh.Mesh(source.positions, corner_verts=source.corner_verts, face_offsets=source.face_offsets,
-                            marked_edges=self._marked_edges(source))
-        turn = -1.0 if self.max_normal_turn >= math.pi else math.degrees(self.max_normal_turn)
-        remeshed, report = delmesh.remesh(
-            made, mode=self.mode.lower(), boundary=self.boundary.lower(), feature_angle=math.degrees(self.feature_angle),
-            max_normal_turn=turn, progress=progress)
-        surface_map = delmesh.SurfaceMap(made, remeshed, source.corner_verts, source.face_offsets)
-        result = exchange.Result(source, remeshed, surface_map)
-        dropped.update(source.dropped)
-        result.write(mesh, ob)
-        return report.faces_in, report.faces_out, report.flips + report.flips_after, report.splits
+
+class OBJECT_OT_delmesh_check(Running, CheckOptions, bpy.types.Operator):
+    """Find the edges of the selected meshes that are not Delaunay, exactly"""
+    bl_idname = "object.delmesh_check"
+    bl_label = "Check Delaunay"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return can_run(cls, context)
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(self, "boundary")
+        layout.prop(self, "select")
+
+    def _requests(self, context):
+        return [Request("check", exchange.read_surface(mesh), (), {"boundary": self.boundary.lower()}, objects[0])
+                for mesh, objects in selected_meshes(self, context).items()]
+
+    def _finish(self, context, requests):
+        total = 0
+        for request in requests:
+            ob, report = request.object(), request.outcome.report
+            ob.data.delmesh_check.set(ob.data, report, self.boundary)
+            pairs = report["nld_edges"]
+            overlay.show(ob, request.data.positions[pairs])
+            total += report["nld_interior"] + report["nld_boundary"]
+            if self.select:
+                exchange.select_edges(ob.data, pairs, report["zero_area_face_list"])
+        flat = sum(request.outcome.report["zero_area_faces"] for request in requests)
+        what = f"{number(total)} edge{'s are' if total != 1 else ' is'} not Delaunay" if total else "" if flat else "Delaunay"
+        if flat:
+            what += f"{', ' if what else ''}{number(flat)} faces have no area"
+        worst = min(request.outcome.report["min_angle"] for request in requests)
+        self.report({"INFO"}, f"{len(requests)} mesh{'es' if len(requests) > 1 else ''}: {what}; smallest angle {worst:.2f}°")
+        if self.select and total:
+            if context.active_object not in {request.object() for request in requests}:
+                context.view_layer.objects.active = requests[0].object()
+            context.tool_settings.mesh_select_mode = (False, True, False)
+            bpy.ops.object.mode_set(mode="EDIT")
+        return {"FINISHED"}

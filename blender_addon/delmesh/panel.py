@@ -1,59 +1,148 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the operator is found: the Object menu (and so the search), a tab of the 3D view's sidebar; and the preferences."""
+"""Where the operators are found: a tab of the 3D view's sidebar, the Object menu (and so the search), and Object Data > Remesh."""
 import bpy
 
-from . import native
-from .operators import OBJECT_OT_delmesh_remesh
+from . import cautions, native
+from .lods import OBJECT_OT_delmesh_lod
+from .operators import OBJECT_OT_delmesh_check, OBJECT_OT_delmesh_remesh, number
+from .text import wrapped
 
 
-class VIEW3D_PT_delmesh(bpy.types.Panel):
-    bl_label = "Delaunay Remesh"
+def _operator(layout, operator, settings, **how):
+    """A button that runs the operator with these settings."""
+    button = layout.operator(operator.bl_idname, **how)
+    for name in settings.bl_rna.properties.keys():
+        if name in operator.bl_rna.properties and name not in ("name", "rna_type"):
+            setattr(button, name, getattr(settings, name))
+
+
+def _lines(layout, context, text, icon="NONE"):
+    column = layout.column(align=True)
+    for i, line in enumerate(wrapped(text, max(20, int(context.region.width / (7.5 * context.preferences.system.ui_scale))))):
+        column.label(text=line, icon=icon if i == 0 else "BLANK1" if icon != "NONE" else "NONE")
+
+
+class _Panel:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Delmesh"
     bl_context = "objectmode"
 
+
+class VIEW3D_PT_delmesh(_Panel, bpy.types.Panel):
+    bl_label = "Delaunay Remesh"
+
     def draw(self, context):
         layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
         problem = native.problem()
         if problem:
-            column = layout.column()
-            column.label(text="The native library is missing", icon="ERROR")
-            for line in wrapped(problem, max(20, context.region.width // 8)):
-                column.label(text=line)
+            layout.label(text="The native library is missing", icon="ERROR")
+            _lines(layout, context, problem)
             return
-        column = layout.column()
-        for item in OBJECT_OT_delmesh_remesh.__annotations__["mode"].keywords["items"]:
-            column.operator(OBJECT_OT_delmesh_remesh.bl_idname, text=item[1]).mode = item[0]
+        settings = context.scene.delmesh.remesh
+        settings.draw_remesh(layout)
+        ob = context.active_object
+        if ob and ob.type == "MESH":
+            for lost in cautions.losses(ob, True, settings.custom_normals):
+                _lines(layout, context, f"Not kept: {lost}", "ERROR")
+            if cautions.uneven_scale(ob):
+                _lines(layout, context, "Scaled unevenly: apply the scale first", "ERROR")
+        _operator(layout, OBJECT_OT_delmesh_remesh, settings, icon="MESH_DATA")
 
 
-def wrapped(text, width):
-    """Labels do not wrap."""
-    line = ""
-    for word in text.split():
-        if line and len(line) + 1 + len(word) > width:
-            yield line
-            line = word
-        else:
-            line = f"{line} {word}".strip()
-    yield line
+class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):
+    bl_label = "Keep"
+    bl_parent_id = "VIEW3D_PT_delmesh"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, _context):
+        return not native.problem()
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        context.scene.delmesh.remesh.draw_keep(self.layout)
 
 
-class DelmeshPreferences(bpy.types.AddonPreferences):
-    bl_idname = __package__
+class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
+    bl_label = "LOD Family"
 
-    path_to_library: bpy.props.StringProperty(
-        name="Library", subtype="FILE_PATH", update=native.forget,
-        description="The native library to use instead of the one that comes with the add-on")
+    @classmethod
+    def poll(cls, _context):
+        return not native.problem()
 
     def draw(self, context):
         layout = self.layout
-        layout.prop(self, "path_to_library")
-        problem = native.problem()
-        for line in wrapped(problem or f"Native library {native.load().version()}", 100):
-            layout.label(text=line, icon="ERROR" if problem else "CHECKMARK")
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.scene.delmesh.lod
+        settings.draw_lod(layout)
+        _operator(layout, OBJECT_OT_delmesh_lod, settings, icon="MOD_DECIM")
 
 
-def draw_menu(self, _context):
+class VIEW3D_PT_delmesh_check(_Panel, bpy.types.Panel):
+    bl_label = "Check"
+
+    @classmethod
+    def poll(cls, _context):
+        return not native.problem()
+
+    def draw(self, context):
+        layout = self.layout
+        row = layout.row(align=True)
+        button = row.operator(OBJECT_OT_delmesh_check.bl_idname, icon="VIEWZOOM")
+        button.boundary = context.scene.delmesh.remesh.boundary
+        button.select = False
+        button = row.operator(OBJECT_OT_delmesh_check.bl_idname, text="", icon="EDGESEL")
+        button.boundary = context.scene.delmesh.remesh.boundary
+        button.select = True
+        layout.prop(context.scene.delmesh, "show_overlay")
+        ob = context.active_object
+        if not ob or ob.type != "MESH":
+            return
+        found = ob.data.delmesh_check
+        if not found.is_of(ob.data):
+            layout.label(text="Not checked yet" if found.vertices < 0 else "Changed since it was checked")
+            return
+        layout.label(text="Delaunay" if found.delaunay else "Not Delaunay", icon="CHECKMARK" if found.delaunay else "ERROR")
+        table = layout.grid_flow(columns=2, row_major=True, even_columns=True, align=True)
+        for name, value in (("Edges inside", number(found.nld_interior)), ("Border edges", number(found.nld_boundary)),
+                            ("Faces without area", number(found.zero_area_faces)),
+                            ("Negative cotangents", number(found.negative_cotangents)),
+                            ("Smallest angle", f"{found.min_angle:.2f}°"), ("Largest angle", f"{found.max_angle:.2f}°")):
+            table.label(text=name)
+            table.label(text=value)
+
+
+CLASSES = (VIEW3D_PT_delmesh, VIEW3D_PT_delmesh_keep, VIEW3D_PT_delmesh_lod, VIEW3D_PT_delmesh_check)
+
+
+def draw_menu(self, context):
     self.layout.separator()
-    self.layout.operator(OBJECT_OT_delmesh_remesh.bl_idname)
+    if native.problem():
+        self.layout.operator(OBJECT_OT_delmesh_remesh.bl_idname)
+        return
+    settings = context.scene.delmesh
+    _operator(self.layout, OBJECT_OT_delmesh_remesh, settings.remesh)
+    _operator(self.layout, OBJECT_OT_delmesh_lod, settings.lod)
+    self.layout.operator(OBJECT_OT_delmesh_check.bl_idname).boundary = settings.remesh.boundary
+
+
+def draw_in_data(self, context):
+    layout = self.layout
+    if native.problem():
+        return
+    _operator(layout, OBJECT_OT_delmesh_remesh, context.scene.delmesh.remesh)
+
+
+def register():
+    bpy.types.VIEW3D_MT_object.append(draw_menu)
+    bpy.types.DATA_PT_remesh.append(draw_in_data)
+
+
+def unregister():
+    bpy.types.DATA_PT_remesh.remove(draw_in_data)
+    bpy.types.VIEW3D_MT_object.remove(draw_menu)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Installs the add-on in a Blender of its own profile and runs test_addon.py there, headless. Exit status 77: skipped.
+"""Installs the add-on in a Blender of its own profile and runs the tests there, headless. Exit status 77: skipped.
 
     run.py --library libdelmesh.so --blender /usr/bin/blender [--source-tree]
     run.py ... --beside     runs test_beside.py instead: the library alone, beside the host's OpenSubdiv
@@ -63,7 +63,7 @@ def main():
                        "BLENDER_USER_SCRIPTS": str(profile / "scripts"), "PYTHONDONTWRITEBYTECODE": "1"}
         environment.pop("PYTHONPATH", None)
         environment.pop("DELMESH_LIBRARY", None)
-        script = HERE / ("test_beside.py" if arguments.beside else "test_addon.py")
+        script = HERE / ("test_beside.py" if arguments.beside else "inside.py")
         if arguments.beside:
             environment["DELMESH_LIBRARY"] = arguments.shared_object
         elif arguments.source_tree:

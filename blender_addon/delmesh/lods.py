@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator Delaunay LOD Family."""
+import re
+import time
+
+import bpy
+import numpy as np
+
+from . import cautions, exchange, survive
+from .operators import Cautions, can_run, number, repairs, selected_meshes
+from .options import LodOptions
+from .runner import Request, Running
+
+LEVEL, SOURCE = "delmesh_lod", "delmesh_lod_of"  # custom properties of the objects made
+_STOPPED_BY = {"topology": "its holes and parts", "delaunay": "what can be Delaunay",
+               "features": "edges and vertices that are kept", "bound": "the distance"}
+
+
+class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
+    """Make coarser and coarser Delaunay levels of the selected meshes, with all attributes"""
+    bl_idname = "object.delmesh_lod"
+    bl_label = "Delaunay LOD Family"
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
+
+    @classmethod
+    def poll(cls, context):
+        return can_run(cls, context)
+
+    def draw(self, _context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        self.draw_lod(layout)
+        self.draw_keep(layout)
+
+    def _requests(self, context):
+        self._began = time.perf_counter()
+        self._cautions = Cautions()
+        requests, locked = [], {}
+        meshes = selected_meshes(self, context)
+        try:
+            for mesh, objects in meshes.items():
+                ob = objects[0]
+                template = mesh if self.source == "BASE" else evaluated(context, ob)
+                data = exchange.read(template, ob, self.custom_normals)
+                size = float(np.linalg.norm(np.ptp(data.positions, axis=0))) if len(data.positions) else 0.0
+                request = Request("lod", data, self.kept(), self.lod_options(), ob, template=template.name)
+                request.options["targets"] = self.targets(size, cautions.scale_of(ob))
+                if self.lod0 == "REMESHED":
+                    request.options["targets"].insert(0, "full")
+                self._add_density(request, ob)
+                self._caution(ob, template)
+                requests.append(request)
+            locked = shared_borders([(request.data, meshes_ob.matrix_world) for request, (meshes_ob, *_) in
+                                     zip(requests, meshes.values())])
+        except survive.Refused as reason:
+            self.report({"ERROR"}, str(reason))
+            self._drop_templates(requests)
+            return []
+        for i, verts in locked.items():
+            requests[i].options["locked_verts"] = verts
+            if self.boundary == "NONOBTUSE":
+                self._cautions.add("shares borders with another object; with Borders set to Keep they fit afterwards",
+                                   requests[i].object())
+        return requests
+
+    def _add_density(self, request, ob):
+        group = ob.vertex_groups.get(self.density_group) if self.density_group else None
+        if self.density_group and not group:
+            self._cautions.add(f"has no vertex group {self.density_group}", ob)
+        rows = request.data.weights
+        if group and rows:
+            weights = np.zeros(len(request.data.positions))
+            there = rows.indices == group.index
+            weights[np.repeat(np.arange(len(weights)), np.diff(rows.offsets))[there]] = rows.values[there]
+            request.options["vert_weights"] = float(self.density_factor) ** weights
+
+    def _caution(self, ob, template):
+        for lost in cautions.losses(ob, False, self.custom_normals):
+            self._cautions.add(f"not kept: {lost}", ob)
+        if cautions.uneven_scale(ob):
+            self._cautions.add("scaled unevenly: Delaunay in the object's own space only; apply the scale first", ob)
+        for material in cautions.normal_mapped(template):
+            self._cautions.add(f"bake the normal map of {material} anew for the levels", ob)
+
+    def _finish(self, context, requests):
+        counts = []
+        for request in requests:
+            ob = request.object()
+            levels = self._make(request, ob)
+            repairs(self._cautions, ob, request.outcome.report)
+            for name, level in zip(levels, request.outcome.levels):
+                stopped_by = _STOPPED_BY.get(level["stopped_by"])
+                if stopped_by:
+                    self._cautions.add(f"{name} has {number(level['faces'])} triangles: {stopped_by} stopped it", ob)
+            counts.append([level["faces"] for level in request.outcome.levels])
+        self._drop_templates(requests)
+        self._cautions.report(self)
+        faces = sum(request.outcome.report["faces_in"] for request in requests)
+        steps = " -> ".join(number(sum(column)) for column in zip(*counts))
+        self.report({"INFO"}, f"{len(requests)} mesh{'es' if len(requests) > 1 else ''}: {number(faces)} -> {steps} triangles, "
+                              f"Delaunay, in {time.perf_counter() - self._began:.1f} s")
+        return {"FINISHED"}
+
+    def _make(self, request, ob):
+        """-> names of the objects of the levels, without LOD0 if that is the original."""
+        if self.replace:
+            remove_levels(ob.name)
+        base = re.sub(r"_LOD0$", "", ob.name)
+        place = (ob.users_collection or (bpy.context.scene.collection,))[0]
+        collection = bpy.data.collections.new(f"{base}_LODs")
+        place.children.link(collection)
+        root = self._root(base, ob, collection)
+        template = bpy.data.meshes[request.more["template"]]
+        if self.lod0 == "ORIGINAL" and base == ob.name:
+            self._level(ob, ob.data, f"{base}_LOD0", 0, root, collection)
+        first = 0 if self.lod0 == "REMESHED" else 1
+        names = []
+        for n, data in enumerate(request.outcome.meshes, first):
+            mesh = template.copy()
+            mesh.name = f"{base}_LOD{n}"
+            level = self._level(ob, mesh, mesh.name, n, root, collection)
+            if self.source == "EVALUATED":
+                for modifier in list(level.modifiers):
+                    if modifier.type != "ARMATURE":
+                        level.modifiers.remove(modifier)
+            exchange.write(data, mesh, level, exchange.Settings(template, level))
+            names.append(level.name)
+        return names
+
+    def _root(self, base, ob, collection):
+        """The empty above the levels, where there is to be one: where the object is, and below the same parent."""
+        if self.structure not in ("UNITY", "UNREAL"):
+            return None
+        root = bpy.data.objects.new(f"{base}_LODs", None)
+        collection.objects.link(root)
+        root.parent, root.parent_type, root.parent_bone = ob.parent, ob.parent_type, ob.parent_bone
+        root.matrix_parent_inverse = ob.matrix_parent_inverse
+        root.matrix_basis = ob.matrix_basis
+        root[SOURCE] = ob.name
+        if self.structure == "UNREAL":
+            root["fbx_type"] = "LodGroup"
+        return root
+
+    @staticmethod
+    def _level(ob, mesh, name, number_, root, collection):
+        level = ob.copy()
+        level.data, level.name = mesh, name
+        level[LEVEL], level[SOURCE] = number_, ob.name
+        collection.objects.link(level)
+        if root:
+            level.parent, level.parent_type = root, "OBJECT"
+            level.matrix_parent_inverse = ob.matrix_basis.inverted_safe()  # the root has that transform already
+        return level
+
+    def _drop_templates(self, requests):
+        for request in requests:
+            if self.source == "EVALUATED":
+                bpy.data.meshes.remove(bpy.data.meshes[request.more["template"]])
+
+    def cancel(self, context):
+        super().cancel(context)
+        self._drop_templates(self._job.requests)
+
+
+def evaluated(context, ob):
+    """-> a new mesh: what the modifiers make of the object, but those of armatures."""
+    shown = {modifier: modifier.show_viewport for modifier in ob.modifiers if modifier.type == "ARMATURE"}
+    try:
+        for modifier in shown:
+            modifier.show_viewport = False
+        graph = context.evaluated_depsgraph_get()
+        graph.update()
+        return bpy.data.meshes.new_from_object(ob.evaluated_get(graph), preserve_all_data_layers=True, depsgraph=graph)
+    finally:
+        for modifier, value in shown.items():
+            modifier.show_viewport = value
+
+
+def remove_levels(name):
+    """Removes the levels that were made of the object of that name, and their meshes and collections if nothing else uses them."""
+    for level in [ob for ob in bpy.data.objects if ob.get(SOURCE) == name]:
+        collections, mesh = level.users_collection, level.data
+        bpy.data.objects.remove(level)
+        if mesh and not mesh.users:
+            bpy.data.meshes.remove(mesh)
+        for collection in collections:
+            if not collection.all_objects and collection.name.startswith(re.sub(r"_LOD0$", "", name)):
+                bpy.data.collections.remove(collection)
+
+
+def shared_borders(parts):
+    """parts: (MeshData, matrix to the scene). -> {number of the part: (v,) bool} of border vertices that lie where another part has
+    one: decimation must leave them alone, for the parts to fit afterwards."""
+    if len(parts) < 2:
+        return {}
+    places, owners, verts = [], [], []
+    for i, (data, matrix) in enumerate(parts):
+        border = np.flatnonzero(data.border_verts())
+        matrix = np.array(matrix)
+        places.append(data.positions[border] @ matrix[:3, :3].T + matrix[:3, 3])
+        owners.append(np.full(len(border), i))
+        verts.append(border)
+    places, owners, verts = np.concatenate(places), np.concatenate(owners), np.concatenate(verts)
+    if not len(places):
+        return {}
+    # Transforms round. What is as near as that falls into one cell of at least one of two grids.
+    step = 1e-5 * max(float(np.ptp(places, axis=0).max()), 1e-30)
+    shared = np.zeros(len(places), bool)
+    for shift in (0, 0.5):
+        _, cell = np.unique(np.floor(places / step + shift), axis=0, return_inverse=True)
+        cell = cell.reshape(-1)
+        low, high = np.full(cell.max() + 1, len(parts)), np.full(cell.max() + 1, -1)
+        np.minimum.at(low, cell, owners)
+        np.maximum.at(high, cell, owners)
+        shared |= (low != high)[cell]
+    locked = {}
+    for i in np.unique(owners[shared]).tolist():
+        locked[i] = np.zeros(len(parts[i][0].positions), bool)
+        locked[i][verts[shared & (owners == i)]] = True
+    return locked

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs of the library: in this thread, or in one of their own while Blender's window stays alive. Meshes are read before and
+written after all of them, on Blender's main thread, so a run that fails or is cancelled leaves nothing behind."""
+import threading
+
+import bpy
+
+from . import isolation, native, survive
+
+AT_ONCE = 20_000  # faces: below, a run takes no longer than a look at its progress
+_VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}
+_TICK = 0.05  # seconds between two looks at the progress
+
+
+class Request:
+    """One run on one mesh. run: a name in survive.RUNS. Afterwards there is either an outcome or an error, a sentence."""
+
+    def __init__(self, run, data, keep, options, ob, **more):
+        self.run, self.data, self.keep, self.options = run, data, keep, options
+        self.name, self.mesh_name = ob.name, ob.data.name
+        self.more = more
+        self.outcome = self.error = None
+
+    def object(self):
+        """The object again, None if it or its mesh is not what was read any more."""
+        ob = bpy.data.objects.get(self.name)
+        same = ob and ob.type == "MESH" and ob.data.name == self.mesh_name
+        return ob if same and len(ob.data.loops) == len(self.data.corner_verts) else None
+
+
+class Job:
+    """Requests, one after the other."""
+
+    def __init__(self, package, requests):
+        self._package, self.requests = package, requests
+        self._token = package.CancelToken()
+        self._thread = self._helper = None
+        self._sizes = [1 + len(request.data.corner_verts) for request in requests]
+        self._isolated = native.isolated()
+        self.fraction, self.stage = 0.0, ""
+        self.cancelled = False
+
+    def run(self, told=lambda: None):
+        """told: called now and then on this thread."""
+        done = 0
+        for request, size in zip(self.requests, self._sizes):
+            if self.cancelled:
+                return
+
+            def progress(fraction, stage):
+                self.fraction, self.stage = (done + size * fraction) / sum(self._sizes), stage
+                told()
+                return not self.cancelled
+
+            self._one(request, progress)
+            done += size
+
+    def _one(self, request, progress):
+        arguments = (request.run, request.data, request.keep, request.options)
+        try:
+            if self._isolated:
+                self._helper = isolation.helper(self._package)
+                request.outcome = self._helper.run(*arguments, progress)
+            else:
+                request.outcome = survive.RUNS[request.run](self._package, *arguments[1:], progress, self._token)
+        except self._package.Cancelled:
+            self.cancelled = True
+        except (self._package.DelmeshError, survive.Refused, isolation.HelperFailed) as error:
+            request.error = "" if self.cancelled else str(error)
+        except MemoryError:
+            request.error = "there is not enough memory"
+
+    def start(self):
+        self._thread = threading.Thread(target=self.run, name="delmesh")
+        self._thread.start()
+
+    def is_done(self):
+        return not self._thread.is_alive()
+
+    def cancel(self):
+        """Returns when nothing runs any more."""
+        self.cancelled = True
+        self._token.cancel()
+        if self._helper:
+            self._helper.stop()
+        if self._thread:
+            self._thread.join()
+
+
+_running = None  # the Job that has a thread: to be ended when the add-on goes
+
+
+def end():
+    if _running:
+        _running.cancel()
+
+
+class Running:
+    """Base of the operators that run the library. They have _requests(context) -> [Request], which may report and return nothing,
+    and _finish(context, requests) -> result of the operator."""
+
+    _job = _timer = None
+
+    def execute(self, context):
+        job = self._begin(context)
+        if not job:
+            return {"CANCELLED"}
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        try:
+            job.run(lambda: manager.progress_update(100 * job.fraction))
+        finally:
+            manager.progress_end()
+        return self._end(context, job)
+
+    def invoke(self, context, _event):
+        if bpy.app.background or not context.window:
+            return self.execute(context)
+        job = self._begin(context)
+        if not job:
+            return {"CANCELLED"}
+        if sum(len(request.data.face_offsets) for request in job.requests) < AT_ONCE:
+            job.run()
+            return self._end(context, job)
+        global _running
+        _running = self._job = job
+        job.start()
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        self._timer = manager.event_timer_add(_TICK, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
+            self.cancel(context)
+            self.report({"INFO"}, "Cancelled; nothing was changed")
+            return {"CANCELLED"}
+        if event.type == "TIMER":
+            if self._job.is_done():
+                self._stop(context)
+                return self._end(context, self._job)
+            percent = int(100 * self._job.fraction)
+            context.workspace.status_text_set(f"{self.bl_label}: {self._job.stage} {percent} %  |  Esc: Cancel")
+            context.window_manager.progress_update(percent)
+        # Nothing may change the meshes meanwhile; looking at them is free.
+        return {"PASS_THROUGH"} if event.type in _VIEW | {"TIMER"} else {"RUNNING_MODAL"}
+
+    def cancel(self, context):
+        """Also called by Blender, when a window closes or a file is opened."""
+        self._job.cancel()
+        self._stop(context)
+
+    def _stop(self, context):
+        global _running
+        _running = None
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        if context.workspace:
+            context.workspace.status_text_set(None)
+
+    def _begin(self, context):
+        try:
+            package = native.load()
+        except native.Unavailable as reason:
+            self.report({"ERROR"}, str(reason))
+            return None
+        requests = self._requests(context)
+        return Job(package, requests) if requests else None
+
+    def _end(self, context, job):
+        """Writes what there is, says what failed."""
+        if job.cancelled:
+            return {"CANCELLED"}
+        for request in job.requests:
+            if request.outcome and not request.object():
+                request.outcome, request.error = None, "it was changed during the run"
+        good = [request for request in job.requests if request.outcome]
+        failed = [f"{request.name}: {request.error}" for request in job.requests if not request.outcome]
+        if not good:
+            self.report({"ERROR"}, failed[0] if len(failed) == 1 else f"{failed[0]} ({len(failed)} objects failed)")
+            return {"CANCELLED"}
+        result = self._finish(context, good)
+        if failed:
+            self.report({"WARNING"}, f"Left as it was: {'; '.join(failed)}")
+        return result

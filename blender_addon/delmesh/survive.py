@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the operators do to a MeshData, with everything on it that can go along: which borders the library is told to keep, and how
+layers, weights, shape keys and loose parts get onto its result. Without bpy: runs in a thread or in another process. `delmesh` is
+the Python package, given by the caller."""
+import dataclasses
+import math
+
+import numpy as np
+
+from .meshdata import Layer, MeshData, Rows
+
+_DOMAINS = {"POINT": "vertex", "CORNER": "corner", "FACE": "face", "EDGE": "edge"}
+UV_TOLERANCE = 1e-6  # rounding noise is no seam
+NORMAL_TOLERANCE = 0.02  # custom normals are stored in 2 x 16 bits, relative to a frame
+ALL_WEIGHTS = 65535  # entries per vertex: no limit
+# Marks of edges by layer: (name, constant of the package, option that keeps such edges)
+_MARKS = [("uv_seam", "EDGE_SEAM", "seams"), ("use_seam", "EDGE_SEAM", "seams"), ("sharp_edge", "EDGE_SHARP", "sharp"),
+          ("use_edge_sharp", "EDGE_SHARP", "sharp"), ("crease_edge", "EDGE_CREASE", "creases"),
+          ("crease", "EDGE_CREASE", "creases"),
+          ("bevel_weight_edge", "EDGE_MARKED", "creases"), ("bevel_weight", "EDGE_MARKED", "creases"),
+          ("freestyle_edge", "EDGE_MARKED", "freestyle"), ("use_freestyle_mark", "EDGE_MARKED", "freestyle")]
+# What edges can be kept for; the options of the operators
+KEEP = ("seams", "sharp", "creases", "freestyle", "materials", "uv_borders", "colors", "face_sets", "normals")
+
+
+class Refused(Exception):
+    """Says in a sentence why an object is left alone."""
+
+
+@dataclasses.dataclass
+class Outcome:
+    """What a run returns: a MeshData per result, and the package's reports as plain dicts."""
+
+    meshes: list
+    report: dict
+    levels: list = dataclasses.field(default_factory=list)
+
+
+# ---- To the library ---------------------------------------------------------------------------------------------------------
+
+
+def _policy(layer):
+    if layer.domain == "FACE":
+        return "nearest"
+    if layer.kind == "QUATERNION" or (layer.name == "custom_normal" and layer.kind == "FLOAT_VECTOR"):
+        return "direction"
+    return "linear" if layer.values.dtype.kind == "f" else "nearest"
+
+
+def _edge_marks(delmesh, data, keep):
+    marks = np.zeros(len(data.edges), np.int32)
+    for layer in data.layers:
+        for name, constant, option in _MARKS:
+            if layer.domain == "EDGE" and layer.name == name and option in keep:
+                marks |= np.where(layer.values != 0, getattr(delmesh, constant), 0).astype(np.int32)
+    marks[data.loose_edges()] = 0
+    return marks
+
+
+def _layers(delmesh, data, keep, uv_weight):
+    """{number: delmesh.Layer} of the layers but those of edges, which follow the edges by their numbers."""
+    layers = {}
+    for number, layer in enumerate(data.layers):
+        given = {"domain": _DOMAINS[layer.domain], "policy": _policy(layer)}
+        if layer.domain == "EDGE":
+            continue
+        if layer.kind == "UV" and "uv_borders" in keep:
+            given.update(kind="uv", tolerance=UV_TOLERANCE, weight=uv_weight)
+        elif layer.kind in ("FLOAT_COLOR", "BYTE_COLOR") and layer.domain == "CORNER" and "colors" in keep:
+            given.update(kind="color", border="keep")
+        elif layer.name == "material_index" and layer.domain == "FACE" and "materials" in keep:
+            given.update(kind="material")
+        elif layer.name == ".sculpt_face_set" and layer.domain == "FACE" and "face_sets" in keep:
+            given.update(kind="face_set")
+        layers[str(number)] = delmesh.Layer(layer.values, **given)
+    if data.normals is not None:
+        layers["custom normals"] = delmesh.Layer(
+            data.normals, domain="corner", policy="direction", kind="normal", tolerance=NORMAL_TOLERANCE,
+            border="keep" if "normals" in keep else "free")
+    return layers
+
+
+def _import(delmesh, data, keep=KEEP, uv_weight=0.0, **more):
+    return delmesh.Mesh(data.positions, corner_verts=data.corner_verts, face_offsets=data.face_offsets, edges=data.edges,
+                        edge_marks=_edge_marks(delmesh, data, keep), layers=_layers(delmesh, data, keep, uv_weight), **more)
+
+
+# ---- From the library -------------------------------------------------------------------------------------------------------
+
+
+class _Result:
+    """`made`, which the library made of `source`, as MeshData: the sheets joined again where it cut a non-manifold place open, and
+    what no face uses put back."""
+
+    def __init__(self, delmesh, source, made, **more):
+        self.delmesh, self.source, self.made, self.more = delmesh, source, made, more
+        self.layers = made.layers
+        join = made.vert_join
+        self.stays = np.arange(len(join))
+        positions, edges, faces, corner_edges = made.positions, made.edges, made.faces, made.corner_edges.reshape(-1)
+        self.edge_source = made.edge_source
+        if (join != self.stays).any():
+            positions, edges, faces, corner_edges = self._join(join)
+        # A vertex that no face uses stays; so does one at the end of a wire if the mesh has lost it.
+        number = np.full(len(source.positions), -1)
+        origin = made.vert_source[self.stays]
+        number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
+        wires = source.loose_edges()
+        wanted = np.ones(len(source.positions), bool)
+        wanted[source.corner_verts] = False
+        wanted[source.edges[wires]] = True
+        self.added = np.flatnonzero(wanted & (number < 0))
+        number[self.added] = len(self.stays) + np.arange(len(self.added))
+        self.edge_source = np.concatenate([self.edge_source, wires])
+        self.data = MeshData(
+            np.concatenate([positions, source.positions[self.added]]),
+            np.concatenate([edges, number[source.edges[wires]]]).astype(np.int32), faces.reshape(-1).astype(np.int32),
+            corner_edges.astype(np.int32), np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int32), [])
+        self.data.layers = [self._layer(i, layer) for i, layer in enumerate(source.layers)]
+        if source.weights:
+            self.data.weights = self._weights()
+        self.data.keys = [self._key(key) for key in source.keys]
+        if source.normals is not None:
+            self.data.normals = self.layers["custom normals"]
+
+    def _join(self, join):
+        while (join[join] != join).any():
+            join = join[join]
+        stays = join == np.arange(len(join))
+        number = (np.cumsum(stays) - 1)[join]
+        self.stays = np.flatnonzero(stays)
+        edges, first, index = np.unique(np.sort(number[self.made.edges], axis=1), axis=0, return_index=True, return_inverse=True)
+        self.edge_source = self.edge_source[first]
+        return (self.made.positions[self.stays], edges, number[self.made.faces],
+                index.reshape(-1)[self.made.corner_edges.reshape(-1)])
+
+    def _layer(self, number, layer):
+        if layer.domain == "EDGE":
+            values = layer.values[self.edge_source]
+            values[self.edge_source < 0] = 0
+        elif layer.domain == "POINT":
+            values = np.concatenate([self.layers[str(number)][self.stays], layer.values[self.added]])
+        else:
+            values = self.layers[str(number)]
+        return Layer(layer.name, layer.kind, layer.domain, values, layer.texts)
+
+    def _weights(self):
+        source = self.source.weights
+        made = self._rows(source.values)
+        if (source.values == 0).any():  # to be in a group with weight 0 is not to be out of it
+            member = self._rows(np.ones_like(source.values))
+            key, within = (np.repeat(np.arange(len(rows.offsets) - 1), np.diff(rows.offsets)) * (1 << 32) + rows.indices
+                           for rows in (member, made))
+            values = np.zeros(len(key), np.float32)
+            values[np.searchsorted(key, within)] = made.values
+            made = Rows(member.offsets, member.indices, values)
+        return Rows.concatenate([made.take(self.stays), source.take(self.added)])
+
+    def _rows(self, values):
+        source = self.source.weights
+        return Rows(*self.delmesh.transfer_rows(self.made, source.offsets, source.indices, values, limit=ALL_WEIGHTS,
+                                                normalise=False, **self.more))
+
+    def _key(self, key):
+        """What a key moves is carried, and added to where the vertex is now: exact in float64 where the vertex has not moved."""
+        moves = key - self.source.positions.astype(np.float64)
+        moves = np.concatenate([self.made.transfer(moves, domain="vertex", **self.more)[self.stays], moves[self.added]])
+        return (self.data.positions + moves).astype(np.float32)
+
+
+def _told(progress, low, high):
+    """`progress` for a part of the run."""
+    return lambda fraction, stage: progress(low + (high - low) * fraction, stage)
+
+
+def _plain(report):
+    return {name: value for name, value in report._asdict().items() if isinstance(value, (int, float, str))}
+
+
+# ---- The runs ---------------------------------------------------------------------------------------------------------------
+
+
+def remesh(delmesh, data, keep, options, progress, cancel):
+    """options: those of delmesh.remesh, and growth_limit: refuse to preserve at the price of more vertices than so many times the
+    input's; 0 is no limit."""
+    options = dict(options)
+    limit = options.pop("growth_limit", 0)
+    source = _import(delmesh, data, keep, progress=_told(progress, 0, 0.05), cancel=cancel)
+    if limit and options["mode"] == "preserve":
+        estimate = delmesh.estimate_preserve(source, cancel=cancel, **options)
+        if estimate.growth > limit:
+            raise Refused(f"preserving the shape would take about {estimate.growth:.1f} times as many vertices "
+                                f"({estimate.vertices_out:,}); Keep Features, a Tolerance, or a higher Growth Limit")
+    result, report = delmesh.remesh(source, map=True, progress=_told(progress, 0.05, 0.95), cancel=cancel, **options)
+    progress(0.95, "attributes")
+    return Outcome([_Result(delmesh, data, result, cancel=cancel).data], _plain(report) | _repairs(source))
+
+
+def lod(delmesh, data, keep, options, progress, cancel):
+    """options: those of delmesh.lod_family, and uv_weight."""
+    options = dict(options)
+    source = _import(delmesh, data, keep, options.pop("uv_weight", 0.0), progress=_told(progress, 0, 0.05), cancel=cancel)
+    levels, report = delmesh.lod_family(source, map=True, progress=_told(progress, 0.05, 0.9), cancel=cancel, **options)
+    made = []
+    for i, level in enumerate(levels):
+        progress(0.9 + 0.1 * i / len(levels), "attributes")
+        made.append(_Result(delmesh, data, level, cancel=cancel).data)
+    return Outcome(made, _plain(report) | _repairs(source), [_plain(level) for level in report.levels])
+
+
+def check(delmesh, data, keep, options, progress, cancel):
+    """options: those of delmesh.certify. The report also has nld_edges and zero_area_faces as numbers of the data's own."""
+    source = _import(delmesh, data, (), progress=_told(progress, 0, 0.3), cancel=cancel)
+    certificate = delmesh.certify(source, listed=True, progress=_told(progress, 0.3, 0.7), cancel=cancel, **options)
+    quality = delmesh.measure(source, progress=_told(progress, 0.7, 1), cancel=cancel)
+    report = _plain(quality) | _plain(certificate) | _repairs(source)
+    report["nld_edges"] = source.vert_source[certificate.nld_edges]  # cut places have more vertices than the mesh
+    report["zero_area_face_list"] = source.face_source[certificate.zero_area_face_list]
+    return Outcome([], report)
+
+
+def _repairs(source):
+    """What import had to leave out or turn over."""
+    return {name: getattr(source.info, name)
+            for name in ("degenerate_faces", "duplicate_faces", "non_finite_faces", "reoriented_faces", "nonmanifold_edges")}
+
+
+RUNS = {"remesh": remesh, "lod": lod, "check": check}
+
+
+def to_degrees(angle):
+    """An angle of an option in radians; all the way round is no limit."""
+    return -1.0 if angle >= math.pi - 1e-6 else math.degrees(angle)
