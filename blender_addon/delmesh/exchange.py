@@ -121,7 +121,7 @@ def _read_attributes(mesh):
         name, kind = attribute.name, attribute.data_type
         if name in _STRUCTURE or name in uvs or len(attribute.data) == 0:
             continue
-        if name == ".select_edge" and kind != "BOOLEAN":  # 5.0 makes it so when edges are added, and cannot use it
+        if name == ".select_edge" and kind != "BOOLEAN":  # see _repair_selection
             continue
         if name == "custom_normal" and kind == "INT16_2D":
             continue
@@ -186,6 +186,7 @@ def write(data, mesh, ob, settings):
     mesh.vertices.add(len(data.positions))
     _prepare_vertices(data, mesh)
     mesh.edges.add(len(data.edges))
+    _repair_selection(mesh)
     mesh.loops.add(len(data.corner_verts))
     mesh.polygons.add(len(data.face_offsets) - 1)
     _set_structure(mesh, "position", mesh.vertices, "co", data.positions)
@@ -202,10 +203,20 @@ def write(data, mesh, ob, settings):
     for key, values in zip(mesh.shape_keys.key_blocks if data.keys else (), data.keys):
         _set(key.data, "co", values)
     settings.restore_layers(mesh)
-    mesh.update()
+    if bpy.app.version < (4, 0):
+        mesh.update(calc_edges_loose=True)
+    else:
+        mesh.update()
     if data.normals is not None:
         _write_normals(data, mesh)
     _write_weights(data, ob, settings)
+
+
+def _repair_selection(mesh):
+    """5.0 adds edges with a selection of the wrong type, and crashes when that is written."""
+    attribute = mesh.attributes.get(".select_edge")
+    if attribute and attribute.data_type != "BOOLEAN":
+        mesh.attributes.remove(attribute)
 
 
 def _prepare_vertices(data, mesh):
@@ -242,11 +253,8 @@ def _write_layer(layer, mesh):
     elif layer.kind == "FACE_MAP":
         _set(mesh.face_maps.new(name=layer.name).data, "value", layer.values)
     else:
-        attribute = mesh.attributes.get(layer.name)  # some exist as soon as the geometry does
-        if attribute and attribute.data_type != layer.kind:
-            mesh.attributes.remove(attribute)
-            attribute = None
-        attribute = attribute or mesh.attributes.new(layer.name, layer.kind, layer.domain)
+        # Some exist as soon as the geometry does.
+        attribute = mesh.attributes.get(layer.name) or mesh.attributes.new(layer.name, layer.kind, layer.domain)
         if layer.kind == "STRING":
             for element, number in zip(attribute.data, layer.values.tolist()):
                 element.value = layer.texts[number]
@@ -295,5 +303,6 @@ def select_edges(mesh, pairs, faces):
     corner_edges = _get_structure(mesh, ".corner_edge", mesh.loops, "edge_index", np.int32, 1)
     edges[corner_edges[np.repeat(polygons, _get(mesh.polygons, "loop_total", np.int32))]] = True
     verts[ends[edges]] = True
+    _repair_selection(mesh)
     for collection, values in ((mesh.vertices, verts), (mesh.edges, edges), (mesh.polygons, polygons)):
         _set(collection, "select", values)

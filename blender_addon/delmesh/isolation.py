@@ -22,9 +22,9 @@ _helper = None
 
 
 def helper(package):
-    """The running Helper, started if there is none."""
+    """The Helper, a new one if the last has ended."""
     global _helper
-    if _helper is None or not _helper.is_alive():
+    if _helper is None or _helper.has_ended():
         close()
         _helper = Helper(package)
     return _helper
@@ -47,26 +47,33 @@ def _pythons():
 
 
 class Helper:
+    """Its process begins with the first run. stop() may come from another thread at any time."""
+
     def __init__(self, package):
-        self._folder = shared.memory_folder()
-        self._process = None
         here = pathlib.Path(__file__).resolve().parent
-        arguments = [str(here), str(pathlib.Path(package.__file__).resolve().parents[1]), str(package.library_path()),
-                     str(pathlib.Path(np.__file__).resolve().parents[1])]
+        self._arguments = [str(here / "helper.py"), str(here), str(pathlib.Path(package.__file__).resolve().parents[1]),
+                           str(package.library_path()), str(pathlib.Path(np.__file__).resolve().parents[1])]
+        self._folder = shared.memory_folder()
+        self._process, self._stopped = None, False
+
+    def _start(self):
         hidden = {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}
         for python in _pythons():
             # Not on standard error: the helper's words would look like Blender's.
-            self._process = subprocess.Popen([python, "-I", "-B", str(here / "helper.py"), *arguments], stdin=subprocess.PIPE,
-                                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, **hidden)
+            process = subprocess.Popen([python, "-I", "-B", *self._arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                       stderr=subprocess.DEVNULL, **hidden)
+            self._process = process
+            if self._stopped:
+                break
             if self._receive() == ("ready", None):
                 return
-            self._process.kill()
-            self._process.wait()
+            process.kill()
+            process.wait()
         self.stop()
         raise HelperFailed("the helper process could not be started; Isolation can be switched off in the add-on's preferences")
 
-    def is_alive(self):
-        return self._process.poll() is None
+    def has_ended(self):
+        return self._stopped or (self._process is not None and self._process.poll() is not None)
 
     @property
     def pid(self):
@@ -74,6 +81,8 @@ class Helper:
 
     def run(self, run, data, keep, options, progress):
         """What survive.RUNS[run] returns. Raises HelperFailed."""
+        if not self._process:
+            self._start()
         try:
             shared.send(self._process.stdin, (self._folder, run, data, keep, options), self._folder)
         except OSError:
@@ -105,6 +114,7 @@ class Helper:
 
     def stop(self):
         """Ends the process at once; what it was doing is lost."""
+        self._stopped = True
         if self._process:
             self._process.kill()
             self._process.wait()

@@ -13,7 +13,7 @@ from .runner import Request, Running
 
 LEVEL, SOURCE = "delmesh_lod", "delmesh_lod_of"  # custom properties of the objects made
 _STOPPED_BY = {"topology": "its holes and parts", "delaunay": "what can be Delaunay",
-               "features": "edges and vertices that are kept", "bound": "the distance"}
+               "features": "edges and vertices that are kept"}
 
 
 class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
@@ -91,7 +91,11 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
             repairs(self._cautions, ob, request.outcome.report)
             for name, level in zip(levels, request.outcome.levels):
                 stopped_by = _STOPPED_BY.get(level["stopped_by"])
-                if stopped_by:
+                if level["stopped_by"] == "bound":
+                    off = level["bound"] * cautions.scale_of(ob)
+                    self._cautions.add(f"{name} is proven to be off by no more than {off:.4g} only; less if Prepare is Preserve "
+                                       "Shape", ob)
+                elif stopped_by:
                     self._cautions.add(f"{name} has {number(level['faces'])} triangles: {stopped_by} stopped it", ob)
             counts.append([level["faces"] for level in request.outcome.levels])
         self._drop_templates(requests)
@@ -148,6 +152,7 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
         level.data, level.name = mesh, name
         level[LEVEL], level[SOURCE] = number_, ob.name
         collection.objects.link(level)
+        level.select_set(False)
         if root:
             level.parent, level.parent_type = root, "OBJECT"
             level.matrix_parent_inverse = ob.matrix_basis.inverted_safe()  # the root has that transform already

@@ -126,6 +126,7 @@ class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
             copy.data = mesh
             for collection in original.users_collection:
                 collection.objects.link(copy)
+            copy.select_set(False)
         return copy
 
 

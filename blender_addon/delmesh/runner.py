@@ -17,15 +17,18 @@ class Request:
 
     def __init__(self, run, data, keep, options, ob, **more):
         self.run, self.data, self.keep, self.options = run, data, keep, options
-        self.name, self.mesh_name = ob.name, ob.data.name
+        self.name, self._was = ob.name, self._state(ob)
         self.more = more
         self.outcome = self.error = None
 
     def object(self):
         """The object again, None if it or its mesh is not what was read any more."""
         ob = bpy.data.objects.get(self.name)
-        same = ob and ob.type == "MESH" and ob.data.name == self.mesh_name
-        return ob if same and len(ob.data.loops) == len(self.data.corner_verts) else None
+        return ob if ob and ob.type == "MESH" and self._state(ob) == self._was else None
+
+    @staticmethod
+    def _state(ob):
+        return ob.data.name, len(ob.data.vertices), len(ob.data.loops)
 
 
 class Job:

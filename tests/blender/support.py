@@ -10,6 +10,8 @@ import numpy as np
 from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
+DEFAULTS = {"mode": "PRESERVE", "boundary": "NONOBTUSE", "max_normal_turn": np.pi, "keep_uv_borders": True, "keep_materials": True,
+            "growth_limit": 0, "as_copy": False}
 MODES = ("PRESERVE", "FLIP", "FEATURE")
 ADDON = "delmesh"  # its module; the extension's is longer
 
@@ -48,8 +50,9 @@ def select(*objects):
 
 
 def remesh(*objects, **options):
+    """What a call does not name is as in the call before, so all that the tests use is named."""
     select(*objects)
-    return bpy.ops.object.delmesh_remesh("EXEC_DEFAULT", True, **options)
+    return bpy.ops.object.delmesh_remesh("EXEC_DEFAULT", True, **{**DEFAULTS, **options})
 
 
 def add_uv(mesh, name, values):

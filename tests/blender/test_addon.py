@@ -78,7 +78,7 @@ class Surfaces(Case):
     def test_options_change_the_result(self):
         counts = {}
         for options in ({"mode": "PRESERVE"}, {"mode": "FLIP"}, {"mode": "FEATURE", "feature_angle": 0.1},
-                        {"mode": "FLIP", "max_normal_turn": 0.1}, {"mode": "FLIP", "boundary": "IGNORE"}):
+                        {"mode": "FLIP", "max_normal_turn": 0.1}, {"mode": "PRESERVE", "boundary": "IGNORE"}):
             ob = monkey()
             remesh(ob, **options)
             counts[str(options)] = len(ob.data.polygons)

@@ -264,7 +264,8 @@ class Survival(Case):
     def test_lod(self):
         ob, source = self.make()
         select(ob)
-        bpy.ops.object.delmesh_lod("EXEC_DEFAULT", True, ratios="0.5,0.25")
+        bpy.ops.object.delmesh_lod("EXEC_DEFAULT", True, by="RATIO", ratios="0.5,0.25", source="BASE", boundary="NONOBTUSE",
+                                   structure="COLLECTION")
         for n, off in ((1, 0.05), (2, 0.08)):
             with self.subTest(level=n):
                 level = bpy.data.objects[f"ball_LOD{n}"]
@@ -287,7 +288,7 @@ class Survival(Case):
                 mesh.normals_split_custom_set([self.normal(mesh.vertices[loop.vertex_index].co) for loop in mesh.loops])
                 if mode == "LOD":
                     select(ob)
-                    bpy.ops.object.delmesh_lod(ratios="0.4")
+                    bpy.ops.object.delmesh_lod(by="RATIO", ratios="0.4", source="BASE")
                     ob = bpy.data.objects["ball_LOD1"]
                 else:
                     remesh(ob, mode=mode)
