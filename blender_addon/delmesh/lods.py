@@ -26,11 +26,11 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
     def poll(cls, context):
         return can_run(cls, context)
 
-    def draw(self, _context):
+    def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        self.draw_lod(layout)
+        self.draw_lod(layout, context.active_object)
         self.draw_keep(layout)
 
     def _requests(self, context):

@@ -157,7 +157,7 @@ class OBJECT_OT_delmesh_check(Running, CheckOptions, bpy.types.Operator):
             ob, report = request.object(), request.outcome.report
             ob.data.delmesh_check.set(ob.data, report, self.boundary)
             pairs = report["nld_edges"]
-            overlay.show(ob, request.data.positions[pairs])
+            overlay.show(ob.data, request.data.positions[pairs])
             total += report["nld_interior"] + report["nld_boundary"]
             if self.select:
                 exchange.select_edges(ob.data, pairs, report["zero_area_face_list"])

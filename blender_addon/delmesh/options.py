@@ -53,10 +53,10 @@ class RemeshOptions(KeepOptions):
                ("FLIP", "Flip", "Flip edges; add vertices only where no flip is possible. Changes the shape slightly"),
                ("FEATURE", "Keep Features", "Flip edges, but keep those sharper than an angle")])
     feature_angle: FloatProperty(
-        name="Feature Angle", description="Edges whose faces meet at a sharper angle than this keep their shape",
+        name="Angle", description="Edges whose faces meet at a sharper angle than this keep their shape",
         subtype="ANGLE", default=math.radians(30), min=0, max=math.pi)
     max_normal_turn: FloatProperty(
-        name="Max Normal Turn", description="By how much a flip may turn the surface; edges that would turn it more are split. "
+        name="Max Turn", description="By how much a flip may turn the surface; edges that would turn it more are split. "
         "At 180° any flip is allowed", subtype="ANGLE", default=math.pi, min=0, max=math.pi)
     tolerance: FloatProperty(
         name="Tolerance", description="How far Preserve Shape may move the surface, in the scene's units. At 0 as far as the "
@@ -113,9 +113,9 @@ class LodOptions(KeepOptions):
                ("REMESHED", "Delaunay", "The whole mesh made Delaunay"), ("NONE", "None", "Levels begin with LOD1")])
     prepare: EnumProperty(
         name="Prepare", default="FLIP", description="How the mesh becomes Delaunay before it is decimated",
-        items=[("FLIP", "Flip", "Edges are flipped"), ("FEATURE", "Keep Features", "Edges sharper than Feature Angle are kept"),
+        items=[("FLIP", "Flip", "Edges are flipped"), ("FEATURE", "Keep Features", "Edges sharper than Angle are kept"),
                ("PRESERVE", "Preserve Shape", "The surface stays; adds vertices first")])
-    feature_angle: FloatProperty(name="Feature Angle", description="Edges whose faces meet at a sharper angle are kept",
+    feature_angle: FloatProperty(name="Angle", description="Edges whose faces meet at a sharper angle are kept",
                                  subtype="ANGLE", default=math.radians(30), min=0, max=math.pi)
     boundary: boundary("NONOBTUSE")
     quality: IntProperty(name="Relaxation", description="Sweeps in which the vertices of a level move to where it fits the "
@@ -134,7 +134,8 @@ class LodOptions(KeepOptions):
                ("GODOT", "Godot", "The same in a collection, for one glTF file; Godot has visibility ranges to set by hand")])
     replace: BoolProperty(name="Replace", description="Remove the levels that were made of the same objects before", default=True)
 
-    def draw_lod(self, layout):
+    def draw_lod(self, layout, ob):
+        """ob: whose vertex groups are offered, or None."""
         layout.prop(self, "by")
         layout.prop(self, {"RATIO": "ratios", "COUNT": "counts", "DEVIATION": "deviations", "SCREEN": "screen_sizes"}[self.by])
         if self.by == "SCREEN":
@@ -151,7 +152,10 @@ class LodOptions(KeepOptions):
         layout.prop(self, "boundary")
         layout.prop(self, "quality")
         layout.prop(self, "uv_weight")
-        layout.prop(self, "density_group")
+        if ob and ob.type == "MESH":
+            layout.prop_search(self, "density_group", ob, "vertex_groups")
+        else:
+            layout.prop(self, "density_group")
         if self.density_group:
             layout.prop(self, "density_factor")
 

@@ -2,14 +2,18 @@
 """Draws the edges that Check Delaunay found over the models, until the mesh changes."""
 import bpy
 
-_lines = {}  # name of an object -> (name of its mesh, vertices it had, places in its space)
+_lines = {}  # name of a mesh -> (size it had, places in its space)
 _handle = None
 _COLOR, _WIDTH = (1.0, 0.25, 0.1, 1.0), 2.5
 
 
-def show(ob, pairs):
+def _size(mesh):
+    return len(mesh.vertices), len(mesh.polygons), len(mesh.loops)
+
+
+def show(mesh, pairs):
     """pairs: (n, 2, 3) ends of edges."""
-    _lines[ob.name] = (ob.data.name, len(ob.data.vertices), pairs.reshape(-1, 3).copy())
+    _lines[mesh.name] = (_size(mesh), pairs.reshape(-1, 3).copy())
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
@@ -25,12 +29,9 @@ def _draw():
     if not settings.show_overlay or not context.space_data.overlay.show_overlays:
         return
     name = "POLYLINE_UNIFORM_COLOR" if bpy.app.version >= (4, 0) else "3D_POLYLINE_UNIFORM_COLOR"
-    for ob_name, (mesh_name, count, places) in list(_lines.items()):
-        ob = context.view_layer.objects.get(ob_name)
-        if not ob or ob.type != "MESH" or ob.data.name != mesh_name or len(ob.data.vertices) != count:
-            del _lines[ob_name]
-            continue
-        if not len(places) or not ob.visible_get():
+    for ob in context.visible_objects:
+        size, places = _lines.get(ob.data.name, (None, ())) if ob.type == "MESH" else (None, ())
+        if not len(places) or size != _size(ob.data):
             continue
         shader = gpu.shader.from_builtin(name)
         batch = batch_for_shader(shader, "LINES", {"pos": places})

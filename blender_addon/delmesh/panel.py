@@ -5,15 +5,19 @@ import bpy
 from . import cautions, native
 from .lods import OBJECT_OT_delmesh_lod
 from .operators import OBJECT_OT_delmesh_check, OBJECT_OT_delmesh_remesh, number
+from .options import KeepOptions, LodOptions, RemeshOptions
 from .text import wrapped
 
 
-def _operator(layout, operator, settings, **how):
-    """A button that runs the operator with these settings."""
+def _operator(layout, operator, settings, keep, **how):
+    """A button that runs the operator with these settings. keep: those that say what to keep, which all operators share."""
     button = layout.operator(operator.bl_idname, **how)
-    for name in settings.bl_rna.properties.keys():
-        if name in operator.bl_rna.properties and name not in ("name", "rna_type"):
-            setattr(button, name, getattr(settings, name))
+    for options in (RemeshOptions, LodOptions):
+        if isinstance(settings, options):
+            for name in options.__annotations__:
+                setattr(button, name, getattr(settings, name))
+    for name in KeepOptions.__annotations__:
+        setattr(button, name, getattr(keep, name))
 
 
 def _lines(layout, context, text, icon="NONE"):
@@ -49,22 +53,7 @@ class VIEW3D_PT_delmesh(_Panel, bpy.types.Panel):
                 _lines(layout, context, f"Not kept: {lost}", "ERROR")
             if cautions.uneven_scale(ob):
                 _lines(layout, context, "Scaled unevenly: apply the scale first", "ERROR")
-        _operator(layout, OBJECT_OT_delmesh_remesh, settings, icon="MESH_DATA")
-
-
-class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):
-    bl_label = "Keep"
-    bl_parent_id = "VIEW3D_PT_delmesh"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, _context):
-        return not native.problem()
-
-    def draw(self, context):
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        context.scene.delmesh.remesh.draw_keep(self.layout)
+        _operator(layout, OBJECT_OT_delmesh_remesh, settings, settings, icon="MESH_DATA")
 
 
 class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
@@ -78,9 +67,24 @@ class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        settings = context.scene.delmesh.lod
-        settings.draw_lod(layout)
-        _operator(layout, OBJECT_OT_delmesh_lod, settings, icon="MOD_DECIM")
+        settings = context.scene.delmesh
+        settings.lod.draw_lod(layout, context.active_object)
+        _operator(layout, OBJECT_OT_delmesh_lod, settings.lod, settings.remesh, icon="MOD_DECIM")
+
+
+class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):
+    """For both operators."""
+    bl_label = "Keep"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, _context):
+        return not native.problem()
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        context.scene.delmesh.remesh.draw_keep(self.layout)
 
 
 class VIEW3D_PT_delmesh_check(_Panel, bpy.types.Panel):
@@ -108,16 +112,17 @@ class VIEW3D_PT_delmesh_check(_Panel, bpy.types.Panel):
             layout.label(text="Not checked yet" if found.vertices < 0 else "Changed since it was checked")
             return
         layout.label(text="Delaunay" if found.delaunay else "Not Delaunay", icon="CHECKMARK" if found.delaunay else "ERROR")
-        table = layout.grid_flow(columns=2, row_major=True, even_columns=True, align=True)
+        column = layout.column(align=True)
         for name, value in (("Edges inside", number(found.nld_interior)), ("Border edges", number(found.nld_boundary)),
-                            ("Faces without area", number(found.zero_area_faces)),
+                            ("Without area", number(found.zero_area_faces)),
                             ("Negative cotangents", number(found.negative_cotangents)),
                             ("Smallest angle", f"{found.min_angle:.2f}°"), ("Largest angle", f"{found.max_angle:.2f}°")):
-            table.label(text=name)
-            table.label(text=value)
+            row = column.split(factor=0.68)
+            row.label(text=name)
+            row.label(text=value)
 
 
-CLASSES = (VIEW3D_PT_delmesh, VIEW3D_PT_delmesh_keep, VIEW3D_PT_delmesh_lod, VIEW3D_PT_delmesh_check)
+CLASSES = (VIEW3D_PT_delmesh, VIEW3D_PT_delmesh_lod, VIEW3D_PT_delmesh_keep, VIEW3D_PT_delmesh_check)
 
 
 def draw_menu(self, context):
@@ -126,16 +131,15 @@ def draw_menu(self, context):
         self.layout.operator(OBJECT_OT_delmesh_remesh.bl_idname)
         return
     settings = context.scene.delmesh
-    _operator(self.layout, OBJECT_OT_delmesh_remesh, settings.remesh)
-    _operator(self.layout, OBJECT_OT_delmesh_lod, settings.lod)
+    _operator(self.layout, OBJECT_OT_delmesh_remesh, settings.remesh, settings.remesh)
+    _operator(self.layout, OBJECT_OT_delmesh_lod, settings.lod, settings.remesh)
     self.layout.operator(OBJECT_OT_delmesh_check.bl_idname).boundary = settings.remesh.boundary
 
 
 def draw_in_data(self, context):
-    layout = self.layout
-    if native.problem():
-        return
-    _operator(layout, OBJECT_OT_delmesh_remesh, context.scene.delmesh.remesh)
+    settings = context.scene.delmesh.remesh
+    if not native.problem():
+        _operator(self.layout, OBJECT_OT_delmesh_remesh, settings, settings)
 
 
 def register():

@@ -16,7 +16,7 @@ class DelmeshRemeshSettings(RemeshOptions, bpy.types.PropertyGroup):
     mode: EnumProperty(name="Mode", items=RemeshOptions.__annotations__["mode"].keywords["items"], default="FEATURE",
                        description="What may change to make every edge Delaunay")
     max_normal_turn: FloatProperty(
-        name="Max Normal Turn", description="By how much a flip may turn the surface; edges that would turn it more are split. "
+        name="Max Turn", description="By how much a flip may turn the surface; edges that would turn it more are split. "
         "At 180° any flip is allowed", subtype="ANGLE", default=math.radians(60), min=0, max=math.pi)
     boundary: boundary("IGNORE")
     growth_limit: FloatProperty(

@@ -282,6 +282,28 @@ class Operator(Case):
         preferences.path_to_library = ""
         self.assertEqual(part("native").problem(), "")
 
+    def test_buttons_pass_the_panel_s_settings(self):
+        class Layout:
+            @staticmethod
+            def operator(name, **_how):
+                class Button:
+                    pass
+                Layout.button = Button()
+                return Layout.button
+
+        panel, settings = part("panel"), bpy.context.scene.delmesh
+        settings.remesh.keep_seams, settings.remesh.feature_angle, settings.lod.ratios = False, 0.25, "0.7"
+        panel._operator(Layout, part("operators").OBJECT_OT_delmesh_remesh, settings.remesh, settings.remesh)
+        chosen = vars(Layout.button)
+        self.assertEqual((chosen["mode"], chosen["boundary"], chosen["growth_limit"], chosen["keep_seams"], chosen["feature_angle"]),
+                         ("FEATURE", "IGNORE", 4, False, 0.25))
+        select(folded_sheet())
+        self.assertEqual(bpy.ops.object.delmesh_remesh(**chosen), {"FINISHED"})
+        panel._operator(Layout, part("lods").OBJECT_OT_delmesh_lod, settings.lod, settings.remesh)
+        chosen = vars(Layout.button)
+        self.assertEqual((chosen["boundary"], chosen["ratios"], chosen["keep_seams"]), ("IGNORE", "0.7", False))
+        self.assertEqual(bpy.ops.object.delmesh_lod(**chosen), {"FINISHED"})
+
     def test_registration(self):
         self.assertIn(part("panel").draw_menu, bpy.types.VIEW3D_MT_object._dyn_ui_initialize())
         bpy.ops.preferences.addon_disable(module=support.ADDON)
