@@ -24,6 +24,8 @@ def main():
     shared = importlib.import_module("delmesh_helper.shared")
     survive = importlib.import_module("delmesh_helper.survive")
     delmesh.load_library(library)
+    if hasattr(os, "nice"):
+        os.nice(5)  # the window comes first
 
     incoming, outgoing = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what anything prints is no answer

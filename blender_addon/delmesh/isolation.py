@@ -57,7 +57,9 @@ class Helper:
         self._process, self._stopped = None, False
 
     def _start(self):
-        hidden = {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}
+        hidden = {}
+        if sys.platform == "win32":
+            hidden["creationflags"] = subprocess.CREATE_NO_WINDOW | subprocess.BELOW_NORMAL_PRIORITY_CLASS
         for python in _pythons():
             # Not on standard error: the helper's words would look like Blender's.
             process = subprocess.Popen([python, "-I", "-B", *self._arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE,

@@ -102,7 +102,7 @@ class Running:
     """Base of the operators that run the library. They have _requests(context) -> [Request], which may report and return nothing,
     and _finish(context, requests) -> result of the operator."""
 
-    _job = _timer = None
+    _job = _timer = _text = None
 
     def execute(self, context):
         job = self._begin(context)
@@ -143,9 +143,7 @@ class Running:
             if self._job.is_done():
                 self._stop(context)
                 return self._end(context, self._job)
-            percent = int(100 * self._job.fraction)
-            context.workspace.status_text_set(f"{self.bl_label}: {self._job.stage} {percent} %  |  Esc: Cancel")
-            context.window_manager.progress_update(percent)
+            self._show(context)
         # Nothing may change the meshes meanwhile; looking at them is free.
         return {"PASS_THROUGH"} if event.type in _VIEW | {"TIMER"} else {"RUNNING_MODAL"}
 
@@ -153,6 +151,15 @@ class Running:
         """Also called by Blender, when a window closes or a file is opened."""
         self._job.cancel()
         self._stop(context)
+
+    def _show(self, context):
+        """Each text is a redraw, and that may take long with a large model in view."""
+        percent = int(100 * self._job.fraction)
+        text = f"{self.bl_label}: {self._job.stage} {percent} %  |  Esc: Cancel"
+        if text != self._text:
+            self._text = text
+            context.workspace.status_text_set(text)
+            context.window_manager.progress_update(percent)
 
     def _stop(self, context):
         global _running
