@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the tests of the add-on inside Blender. run.py starts this, in a fresh profile; DELMESH_ADDON_ZIP names the package to
-install, DELMESH_TESTS the modules, all by default."""
+"""Runs the tests of the add-on inside Blender. run.py starts this, in a fresh profile; DELMESH_ADDON_ZIPS names the packages,
+one of which is installed, DELMESH_TESTS the modules, all by default."""
 import os
 import pathlib
 import sys

@@ -70,9 +70,9 @@ def main():
             (addons / "delmesh").symlink_to(ROOT / "blender_addon" / "delmesh")
             environment["DELMESH_LIBRARY"] = arguments.shared_object
         else:
-            environment["DELMESH_ADDON_ZIP"] = subprocess.run(
-                [sys.executable, ROOT / "scripts" / "build_addon", arguments.shared_object, "--output", folder],
-                check=True, capture_output=True, text=True).stdout.strip()
+            zips = subprocess.run([sys.executable, ROOT / "scripts" / "package-blender", folder, "--library", arguments.shared_object],
+                                  check=True, capture_output=True, text=True).stdout.split()
+            environment["DELMESH_ADDON_ZIPS"] = "\n".join(zips)
         command = [python, script] if python else [
             arguments.blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "7", "--python", script]
         sys.exit(subprocess.run(command, env=environment, timeout=550).returncode)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The delmesh Python package. scripts/build_addon puts a copy here; in the source tree it is ../../../bindings/python."""
+"""The delmesh Python package. scripts/package-blender puts a copy here; in the source tree it is ../../../bindings/python."""
 import pathlib
 
 _bindings = pathlib.Path(__file__).resolve().parents[3] / "bindings" / "python"
