@@ -126,6 +126,7 @@ class _Result:
     def _join(self, join):
         while (join[join] != join).any():
             join = join[join]
+        join = self._apart(join)
         stays = join == np.arange(len(join))
         number = (np.cumsum(stays) - 1)[join]
         self.stays = np.flatnonzero(stays)
@@ -133,6 +134,17 @@ class _Result:
         self.edge_source = self.edge_source[first]
         return (self.made.positions[self.stays], edges, number[self.made.faces],
                 index.reshape(-1)[self.made.corner_edges.reshape(-1)])
+
+    def _apart(self, join):
+        """Blender allows no two faces with the same vertices: where two sheets have such a face, they stay apart."""
+        join = join.copy()
+        while True:
+            _, index, count = np.unique(np.sort(join[self.made.faces], axis=1), axis=0, return_inverse=True, return_counts=True)
+            verts = np.unique(self.made.faces[count[index.reshape(-1)] > 1])
+            joined = verts[join[verts] != verts]
+            if not len(joined):
+                return join
+            join[joined] = joined
 
     def _layer(self, number, layer):
         if layer.domain == "EDGE":

@@ -16,6 +16,9 @@ def main():
     sys.path.insert(0, str(HERE))
     import support
     support.install()
+    if os.environ.get("DELMESH_CAMPAIGN"):
+        import campaign
+        return campaign.main()
     names = os.environ.get("DELMESH_TESTS", "").split() or sorted(path.stem for path in HERE.glob("test_*.py"))
     result = unittest.TextTestRunner(verbosity=2).run(unittest.defaultTestLoader.loadTestsFromNames(names))
     return not (result.wasSuccessful() and result.testsRun)

@@ -4,6 +4,7 @@
 
     run.py --library libdelmesh.so --blender /usr/bin/blender [--source-tree]
     run.py ... --beside     runs test_beside.py instead: the library alone, beside the host's OpenSubdiv
+    run.py ... --campaign 500 --certifier dm_certifier     (random operators on random objects)
     run.py --library libdelmesh.so --bpy 4.5.15 --environment FOLDER     (a virtual environment, made there and used again)
 """
 import argparse
@@ -50,6 +51,9 @@ def main():
     parser.add_argument("--beside", action="store_true")
     parser.add_argument("--bpy")
     parser.add_argument("--environment", type=pathlib.Path)
+    parser.add_argument("--campaign", metavar="RUNS", help="campaign.py instead of the tests")
+    parser.add_argument("--certifier", default="")
+    parser.add_argument("--seed", default="1")
     arguments = parser.parse_args()
     if not arguments.bpy and not shutil.which(arguments.blender or ""):
         skip("there is no blender")
@@ -64,6 +68,9 @@ def main():
         environment.pop("PYTHONPATH", None)
         environment.pop("DELMESH_LIBRARY", None)
         script = HERE / ("test_beside.py" if arguments.beside else "inside.py")
+        if arguments.campaign:
+            environment |= {"DELMESH_CAMPAIGN": arguments.campaign, "DELMESH_CERTIFIER": arguments.certifier,
+                            "DELMESH_SEED": arguments.seed}
         if arguments.beside:
             environment["DELMESH_LIBRARY"] = arguments.shared_object
         elif arguments.source_tree:
@@ -75,7 +82,7 @@ def main():
             environment["DELMESH_ADDON_ZIPS"] = "\n".join(zips)
         command = [python, script] if python else [
             arguments.blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "7", "--python", script]
-        sys.exit(subprocess.run(command, env=environment, timeout=550).returncode)
+        sys.exit(subprocess.run(command, env=environment, timeout=None if arguments.campaign else 550).returncode)
 
 
 if __name__ == "__main__":

@@ -189,6 +189,15 @@ class NothingLost(Case):
             self.assertEqual(len({tuple(v.co) for v in ob.data.vertices}), len(ob.data.vertices))
 
 
+    def test_two_sheets_with_the_same_face_stay_apart(self):
+        # A rhombus twice, with one diagonal and with the other, and a flap on each side: three sheets. Two become the same.
+        place = [(0, -1, 0), (3, 0, 0), (0, 1, 0), (-3, 0, 0), (2, -2, 4), (2, 2, 4), (-2, 2, 4), (-2, -2, 4)]
+        ob = add_object("sheets", place, [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3], [0, 1, 4], [1, 2, 5], [2, 3, 6], [3, 0, 7]])
+        for mode in MODES:
+            remesh(ob, mode=mode)
+            self.assertFalse(ob.data.validate(verbose=True))
+
+
 class Operator(Case):
     def test_undo_and_redo(self):
         ob = monkey()
