@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs in headless Blender: installs the packaged add-on, gives the demo's gear two materials and a UV map with seams, remeshes
-it with the operator and renders before and after into one picture.
+it with the operator and renders before and after into one picture; makes a family of five levels of Suzanne, subdivided to a
+million triangles, and renders these as a contact sheet, shaded and with wires.
 
-    blender -b --factory-startup --python-exit-code 7 --python demo_blender.py -- ADDON.zip GEAR.obj PICTURE.png
+    blender -b --factory-startup --python-exit-code 7 --python demo_blender.py -- ADDON.zip GEAR.obj PICTURE.png FAMILY.png
 """
 import math
 import sys
+import time
 
 import bpy
+import mathutils
 
-ADDON, MODEL, PICTURE = sys.argv[sys.argv.index("--") + 1:]
+ADDON, MODEL, PICTURE, FAMILY = sys.argv[sys.argv.index("--") + 1:]
+RATIOS = (0.1, 0.03, 0.01, 0.003, 0.001)
 STEEL, BRASS, WIRE = (0.30, 0.36, 0.42, 1), (0.78, 0.55, 0.20, 1), (0.02, 0.02, 0.02, 1)
 
 
@@ -53,27 +57,30 @@ def dress(mesh):
                 layer.data[corner].uv = (angle / math.tau + 0.5, 0.5 * z + 0.25)
 
 
-def show(name, mesh, place):
-    """The mesh, and over it its edges as thin tubes: renders have no wire overlay."""
+def show(name, mesh, place, thickness=0.007):
+    """The mesh, and over it its edges as thin tubes if these have a thickness: renders have no wire overlay."""
     ob = bpy.data.objects.new(name, mesh)
+    ob.location = place
+    bpy.context.scene.collection.objects.link(ob)
+    if not thickness:
+        return ob
     wires = bpy.data.objects.new(name + " wires", mesh.copy())
     wires.data.materials.clear()
     wires.data.materials.append(bpy.data.materials["wire"])
     modifier = wires.modifiers.new("wires", "WIREFRAME")
-    modifier.thickness = 0.007
+    modifier.thickness = thickness
     modifier.use_even_offset = False
-    for each in (ob, wires):
-        each.location = place
-        bpy.context.scene.collection.objects.link(each)
+    wires.location = place
+    bpy.context.scene.collection.objects.link(wires)
     return ob
 
 
-def render():
+def render(path, place, tilt, width, pixels):
     scene = bpy.context.scene
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     scene.collection.objects.link(camera)
-    camera.location, camera.rotation_euler = (0, -4.2, 4.0), (math.radians(46), 0, 0)
-    camera.data.type, camera.data.ortho_scale = "ORTHO", 5.4
+    camera.location, camera.rotation_euler = place, (math.radians(tilt), 0, 0)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", width
     scene.camera = camera
     scene.world = bpy.data.worlds.new("paper")
     scene.world.color = (0.95, 0.95, 0.93)
@@ -81,17 +88,21 @@ def render():
     scene.display.render_aa = "16"
     scene.display.shading.color_type = "MATERIAL"
     scene.display.shading.show_cavity = True
-    scene.render.resolution_x, scene.render.resolution_y = 1500, 750
+    scene.render.resolution_x, scene.render.resolution_y = pixels
     scene.view_settings.view_transform = "Standard"
-    scene.render.filepath = PICTURE
+    scene.render.filepath = path
     bpy.ops.render.render(write_still=True)
 
 
-def main():
+def start():
     bpy.ops.wm.read_homefile(use_empty=True)
-    bpy.ops.preferences.addon_install(filepath=ADDON, overwrite=True)
     bpy.ops.preferences.addon_enable(module="delmesh")
     material("wire", WIRE)
+
+
+def remesh_gear():
+    """-> whether the result is certified."""
+    start()
     before = load(MODEL)
     dress(before)
     after = bpy.data.objects.new("gear", before.copy())
@@ -110,11 +121,42 @@ def main():
     bpy.context.scene.collection.objects.unlink(after)
     show("before", before, (-1.33, 0, 0))
     show("after", mesh, (1.33, 0, 0))
-    render()
+    render(PICTURE, (0, -4.2, 4.0), 46, 5.4, (1500, 750))
     print(f"demo: Blender {bpy.app.version_string}: {len(before.polygons)} -> {len(mesh.polygons)} triangles, "
           f"{'certified Delaunay' if certificate.delaunay else 'NOT DELAUNAY'}; {len(mesh.materials)} materials "
           f"(brass {area:.3f} -> {brass:.3f} of area), UV map \"{mesh.uv_layers[0].name}\" kept; picture {PICTURE}")
-    if not certificate.delaunay:
+    return certificate.delaunay
+
+
+def family():
+    start()
+    bpy.ops.mesh.primitive_monkey_add()
+    ob = bpy.context.object
+    ob.data.materials.append(material("clay", STEEL))
+    for polygon in ob.data.polygons:
+        polygon.use_smooth = True
+    ob.modifiers.new("subdivision", "SUBSURF").levels = 5
+    bpy.context.view_layer.update()
+    began = time.perf_counter()
+    bpy.ops.object.delmesh_lod(by="RATIO", ratios=",".join(map(str, RATIOS)), source="EVALUATED", lod0="NONE")
+    took = time.perf_counter() - began
+    levels = [bpy.data.objects[f"Suzanne_LOD{n}"].data for n in range(1, len(RATIOS) + 1)]
+    for level in [ob, *bpy.data.collections["Suzanne_LODs"].objects]:
+        bpy.data.objects.remove(level)
+    for n, mesh in enumerate(levels):
+        mesh.transform(mathutils.Matrix.Rotation(0.4, 4, "Z"))
+        show(f"shaded {n}", mesh, (2.8 * n, 0, 1.1), 0)
+        show(f"wires {n}", mesh, (2.8 * n, 0, -1.1), 0.006)
+    render(FAMILY, (2.8 * (len(levels) - 1) / 2, -9, 0), 90, 2.8 * len(levels) + 0.4, (1800, 620))
+    counts = ", ".join(f"{len(mesh.polygons):,}".replace(",", " ") for mesh in levels)
+    print(f"demo: Suzanne, subdivided five times -> {counts} triangles in {took:.1f} s; contact sheet {FAMILY}")
+
+
+def main():
+    bpy.ops.preferences.addon_install(filepath=ADDON, overwrite=True)
+    certified = remesh_gear()
+    family()
+    if not certified:
         sys.exit(7)
 
 
