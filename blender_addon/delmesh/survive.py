@@ -92,8 +92,9 @@ class _Result:
     """`made`, which the library made of `source`, as MeshData: the sheets joined again where it cut a non-manifold place open, and
     what no face uses put back."""
 
-    def __init__(self, delmesh, source, made, **more):
+    def __init__(self, delmesh, source, made, borders_are_free, **more):
         self.delmesh, self.source, self.made, self.more = delmesh, source, made, more
+        self.borders_are_free = borders_are_free
         self.layers = made.layers
         join = made.vert_join
         self.stays = np.arange(len(join))
@@ -136,12 +137,18 @@ class _Result:
                 index.reshape(-1)[self.made.corner_edges.reshape(-1)])
 
     def _apart(self, join):
-        """Blender allows no two faces with the same vertices: where two sheets have such a face, they stay apart."""
-        join = join.copy()
+        """Where sheets must not be joined. Blender allows no two faces with the same vertices. And two borders that are left of three
+        are an edge inside when joined: if nothing was asked of borders, that need not be Delaunay."""
+        join, made = join.copy(), self.made
         while True:
-            _, index, count = np.unique(np.sort(join[self.made.faces], axis=1), axis=0, return_inverse=True, return_counts=True)
-            verts = np.unique(self.made.faces[count[index.reshape(-1)] > 1])
-            joined = verts[join[verts] != verts]
+            _, index, count = np.unique(np.sort(join[made.faces], axis=1), axis=0, return_inverse=True, return_counts=True)
+            verts = made.faces[count[index.reshape(-1)] > 1].reshape(-1)
+            if self.borders_are_free:
+                _, index, count = np.unique(np.sort(join[made.edges], axis=1), axis=0, return_inverse=True, return_counts=True)
+                index = index.reshape(-1)
+                faces = np.bincount(index[made.corner_edges.reshape(-1)], minlength=len(count))
+                verts = np.concatenate([verts, made.edges[((count == 2) & (faces == 2))[index]].reshape(-1)])
+            joined = np.unique(verts[join[verts] != verts])
             if not len(joined):
                 return join
             join[joined] = joined
@@ -205,7 +212,7 @@ def remesh(delmesh, data, keep, options, progress, cancel):
                                 f"({estimate.vertices_out:,}); Keep Features, a Tolerance, or a higher Growth Limit")
     result, report = delmesh.remesh(source, map=True, progress=_told(progress, 0.05, 0.95), cancel=cancel, **options)
     progress(0.95, "attributes")
-    return Outcome([_Result(delmesh, data, result, cancel=cancel).data], _plain(report) | _repairs(source))
+    return Outcome([_Result(delmesh, data, result, options["boundary"] == "ignore", cancel=cancel).data], _plain(report) | _repairs(source))
 
 
 def lod(delmesh, data, keep, options, progress, cancel):
@@ -216,7 +223,7 @@ def lod(delmesh, data, keep, options, progress, cancel):
     made = []
     for i, level in enumerate(levels):
         progress(0.9 + 0.1 * i / len(levels), "attributes")
-        made.append(_Result(delmesh, data, level, cancel=cancel).data)
+        made.append(_Result(delmesh, data, level, options["boundary"] == "ignore", cancel=cancel).data)
     return Outcome(made, _plain(report) | _repairs(source), [_plain(level) for level in report.levels])
 
 
