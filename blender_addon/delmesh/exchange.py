@@ -158,6 +158,11 @@ def _read_weights(mesh):
     return Rows(np.array(offsets, np.int64), np.array(indices, np.int32), np.array(values, np.float32))
 
 
+def selected_faces(mesh):
+    """(f,) bool."""
+    return _get(mesh.polygons, "select", bool)
+
+
 # ---- Writing ----------------------------------------------------------------------------------------------------------------
 
 

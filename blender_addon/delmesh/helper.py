@@ -46,6 +46,8 @@ def main():
             outcome = survive.RUNS[run](delmesh, data, keep, options, progress, token)
         except (delmesh.DelmeshError, survive.Refused, MemoryError) as error:
             shared.send(outgoing, ("error", str(error) or "there is not enough memory"))
+        except Exception as error:
+            shared.send(outgoing, ("error", f"a defect of the add-on: {type(error).__name__}: {error}"))
         else:
             shared.send(outgoing, ("done", outcome), folder)
         del request, data

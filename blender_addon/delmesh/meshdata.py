@@ -61,6 +61,21 @@ class MeshData:
         """The values of the layer of that name, None without it."""
         return next((layer.values for layer in self.layers if layer.name == name), None)
 
+    def corners_of(self, faces):
+        """(c,) bool: the corners of the faces (f,) bool."""
+        return np.repeat(faces, np.diff(self.face_offsets))
+
+    def part(self, faces):
+        """Those faces, with all vertices and edges."""
+        corners = self.corners_of(faces)
+        chosen = {"FACE": faces, "CORNER": corners}
+        offsets = np.concatenate([[0], np.cumsum(np.diff(self.face_offsets)[faces])]).astype(np.int32)
+        layers = [dataclasses.replace(layer, values=layer.values[chosen[layer.domain]]) if layer.domain in chosen else layer
+                  for layer in self.layers]
+        return dataclasses.replace(self, corner_verts=self.corner_verts[corners], corner_edges=self.corner_edges[corners],
+                                   face_offsets=offsets, layers=layers,
+                                   normals=None if self.normals is None else self.normals[corners])
+
     def loose_edges(self):
         """Numbers of the edges that no face uses."""
         used = np.zeros(len(self.edges), bool)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The operators Delaunay Remesh and Check Delaunay. execute() reads everything from its properties and the context, so that the
 redo panel and scripts get the same result."""
+import contextlib
 import time
 
 import bpy
@@ -23,6 +24,18 @@ def selected_meshes(operator, context):
     if linked:
         operator.report({"WARNING"}, f"Left as they were: {', '.join(linked)}, whose meshes are linked from another file")
     return objects
+
+
+@contextlib.contextmanager
+def out_of_edit_mode(editing):
+    """Meshes in edit mode can be neither read nor written."""
+    if editing:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield
+    finally:
+        if editing:
+            bpy.ops.object.mode_set(mode="EDIT")
 
 
 def can_run(cls, context):
@@ -65,56 +78,72 @@ def repairs(cautions_, ob, report):
 
 
 class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
-    """Turn the selected meshes into Delaunay triangle meshes, keeping materials, UV maps and attributes"""
+    """Turn the selected meshes, in Edit Mode their selected faces, into Delaunay triangles, with all that lies on them"""
     bl_idname = "object.delmesh_remesh"
     bl_label = "Delaunay Remesh"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     @classmethod
     def poll(cls, context):
-        return can_run(cls, context)
+        return context.mode == "EDIT_MESH" or can_run(cls, context)
 
-    def draw(self, _context):
+    def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        self.draw_remesh(layout)
+        self.draw_remesh(layout, context.mode == "EDIT_MESH")
         self.draw_keep(layout)
 
     def _requests(self, context):
         self._began = time.perf_counter()
         self._cautions = Cautions()
-        requests = []
-        for mesh, objects in selected_meshes(self, context).items():
-            ob = objects[0]
-            for lost in cautions.losses(ob, True, self.custom_normals):
-                self._cautions.add(f"not kept: {lost}", ob)
-            for each in objects:
-                if cautions.uneven_scale(each):
-                    self._cautions.add("scaled unevenly: Delaunay in the object's own space only; apply the scale first", each)
-            data = exchange.read(mesh, ob, self.custom_normals)
-            scale = max(cautions.scale_of(each) for each in objects)
-            requests.append(Request("remesh", data, self.kept(), self.remesh_options(scale), ob,
-                                    objects=[each.name for each in objects]))
+        editing = context.mode == "EDIT_MESH"
+        meshes = {ob.data: [ob] for ob in context.objects_in_mode_unique_data} if editing else selected_meshes(self, context)
+        with out_of_edit_mode(editing):
+            requests = [self._request(mesh, objects, editing) for mesh, objects in meshes.items()]
+        requests = [request for request in requests if request]
+        if editing and not requests:
+            self.report({"ERROR"}, "No faces are selected")
         return requests
+
+    def _request(self, mesh, objects, editing):
+        """None if no faces are selected."""
+        ob, options = objects[0], self.remesh_options(max(cautions.scale_of(each) for each in objects))
+        if editing:
+            options["region"] = exchange.selected_faces(mesh)
+            if not options["region"].any():
+                return None
+        for lost in cautions.losses(ob, True, self.custom_normals):
+            self._cautions.add(f"not kept: {lost}", ob)
+        for each in objects:
+            if cautions.uneven_scale(each):
+                self._cautions.add("scaled unevenly: Delaunay in the object's own space only; apply the scale first", each)
+        data = exchange.read(mesh, ob, self.custom_normals)
+        return Request("remesh", data, self.kept(), options, ob, objects=[each.name for each in objects])
 
     def _finish(self, context, requests):
         totals = np.zeros(4, np.int64)
-        for request in requests:
-            ob, report = request.object(), request.outcome.report
-            target = self._copies(request, ob) if self.as_copy else ob
-            exchange.write(request.outcome.meshes[0], target.data, target, exchange.Settings(ob.data, ob))
-            flips = report["flips"] + report["flips_after"]
-            totals += (report["faces_in"], report["faces_out"], flips, report["splits"])
-            repairs(self._cautions, ob, report)
-            if flips or report["splits"]:
-                for material in cautions.normal_mapped(ob.data):
-                    self._cautions.add(f"bake the normal map of {material} anew, the triangles are others", ob)
+        editing = context.mode == "EDIT_MESH"
+        with out_of_edit_mode(editing):
+            for request in requests:
+                totals += self._write(request, editing)
         self._cautions.report(self)
         before, after, flips, splits = map(number, totals)
         self.report({"INFO"}, f"{len(requests)} mesh{'es' if len(requests) > 1 else ''}: {before} -> {after} triangles, {flips} "
                               f"flips, {splits} new vertices, Delaunay, in {time.perf_counter() - self._began:.1f} s")
         return {"FINISHED"}
+
+    def _write(self, request, editing):
+        """-> triangles before and after, flips, splits."""
+        ob, report = request.object(), request.outcome.report
+        target = self._copies(request, ob) if self.as_copy and not editing else ob
+        exchange.write(request.outcome.meshes[0], target.data, target, exchange.Settings(ob.data, ob))
+        flips = report["flips"] + report["flips_after"]
+        repairs(self._cautions, ob, report)
+        if flips or report["splits"]:
+            for material in cautions.normal_mapped(ob.data):
+                self._cautions.add(f"bake the normal map of {material} anew, the triangles are others", ob)
+        return np.array((report["faces_in"], report["faces_out"], flips, report["splits"]), np.int64)
 
     @staticmethod
     def _copies(request, ob):

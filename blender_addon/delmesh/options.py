@@ -67,7 +67,8 @@ class RemeshOptions(KeepOptions):
         "its own. At 0 there is no limit", default=0, min=0, soft_max=20)
     as_copy: BoolProperty(name="As a Copy", description="Leave the objects as they are and make new ones", default=False)
 
-    def draw_remesh(self, layout):
+    def draw_remesh(self, layout, editing):
+        """editing: only selected faces, the border of which stays."""
         layout.prop(self, "mode")
         if self.mode == "PRESERVE":
             layout.prop(self, "tolerance")
@@ -76,8 +77,9 @@ class RemeshOptions(KeepOptions):
             if self.mode == "FEATURE":
                 layout.prop(self, "feature_angle")
             layout.prop(self, "max_normal_turn")
-        layout.prop(self, "boundary")
-        layout.prop(self, "as_copy")
+        if not editing:
+            layout.prop(self, "boundary")
+            layout.prop(self, "as_copy")
 
     def remesh_options(self, scale):
         """For survive.remesh. scale: scene units of an object's unit."""

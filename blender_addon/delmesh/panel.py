@@ -30,11 +30,18 @@ class _Panel:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Delmesh"
-    bl_context = "objectmode"
+
+    @classmethod
+    def poll(cls, context):
+        return context.mode in cls.modes and not native.problem()
 
 
 class VIEW3D_PT_delmesh(_Panel, bpy.types.Panel):
     bl_label = "Delaunay Remesh"
+
+    @classmethod
+    def poll(cls, context):
+        return context.mode in {"OBJECT", "EDIT_MESH"}
 
     def draw(self, context):
         layout = self.layout
@@ -46,7 +53,7 @@ class VIEW3D_PT_delmesh(_Panel, bpy.types.Panel):
             _lines(layout, context, problem)
             return
         settings = context.scene.delmesh.remesh
-        settings.draw_remesh(layout)
+        settings.draw_remesh(layout, context.mode == "EDIT_MESH")
         ob = context.active_object
         if ob and ob.type == "MESH":
             for lost in cautions.losses(ob, True, settings.custom_normals):
@@ -58,10 +65,7 @@ class VIEW3D_PT_delmesh(_Panel, bpy.types.Panel):
 
 class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
     bl_label = "LOD Family"
-
-    @classmethod
-    def poll(cls, _context):
-        return not native.problem()
+    modes = {"OBJECT"}
 
     def draw(self, context):
         layout = self.layout
@@ -76,10 +80,7 @@ class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):
     """For both operators."""
     bl_label = "Keep"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, _context):
-        return not native.problem()
+    modes = {"OBJECT", "EDIT_MESH"}
 
     def draw(self, context):
         self.layout.use_property_split = True
@@ -89,10 +90,7 @@ class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):
 
 class VIEW3D_PT_delmesh_check(_Panel, bpy.types.Panel):
     bl_label = "Check"
-
-    @classmethod
-    def poll(cls, _context):
-        return not native.problem()
+    modes = {"OBJECT"}
 
     def draw(self, context):
         layout = self.layout
@@ -136,6 +134,14 @@ def draw_menu(self, context):
     self.layout.operator(OBJECT_OT_delmesh_check.bl_idname).boundary = settings.remesh.boundary
 
 
+def draw_edit_menu(self, context):
+    self.layout.separator()
+    if native.problem():
+        self.layout.operator(OBJECT_OT_delmesh_remesh.bl_idname)
+    else:
+        _operator(self.layout, OBJECT_OT_delmesh_remesh, context.scene.delmesh.remesh, context.scene.delmesh.remesh)
+
+
 def draw_in_data(self, context):
     settings = context.scene.delmesh.remesh
     if not native.problem():
@@ -144,9 +150,11 @@ def draw_in_data(self, context):
 
 def register():
     bpy.types.VIEW3D_MT_object.append(draw_menu)
+    bpy.types.VIEW3D_MT_edit_mesh.append(draw_edit_menu)
     bpy.types.DATA_PT_remesh.append(draw_in_data)
 
 
 def unregister():
     bpy.types.DATA_PT_remesh.remove(draw_in_data)
+    bpy.types.VIEW3D_MT_edit_mesh.remove(draw_edit_menu)
     bpy.types.VIEW3D_MT_object.remove(draw_menu)

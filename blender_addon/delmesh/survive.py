@@ -137,8 +137,8 @@ class _Result:
                 index.reshape(-1)[self.made.corner_edges.reshape(-1)])
 
     def _apart(self, join):
-        """Where sheets must not be joined. Blender allows no two faces with the same vertices. And two borders that are left of three
-        are an edge inside when joined: if nothing was asked of borders, that need not be Delaunay."""
+        """Where sheets must not be joined. Blender allows no two faces with the same vertices. And two borders that are left of
+        three are an edge inside when joined: if nothing was asked of borders, that need not be Delaunay."""
         join, made = join.copy(), self.made
         while True:
             _, index, count = np.unique(np.sort(join[made.faces], axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -201,9 +201,12 @@ def _plain(report):
 
 def remesh(delmesh, data, keep, options, progress, cancel):
     """options: those of delmesh.remesh, and growth_limit: refuse to preserve at the price of more vertices than so many times the
-    input's; 0 is no limit."""
+    input's; 0 is no limit; region: (f,) bool, the faces to remesh, whose border stays."""
     options = dict(options)
-    limit = options.pop("growth_limit", 0)
+    limit, region, whole = options.pop("growth_limit", 0), options.pop("region", None), data
+    if region is not None:
+        data = whole.part(region)
+        options["boundary"] = "ignore"
     source = _import(delmesh, data, keep, progress=_told(progress, 0, 0.05), cancel=cancel)
     if limit and options["mode"] == "preserve":
         estimate = delmesh.estimate_preserve(source, cancel=cancel, **options)
@@ -212,7 +215,32 @@ def remesh(delmesh, data, keep, options, progress, cancel):
                                 f"({estimate.vertices_out:,}); Keep Features, a Tolerance, or a higher Growth Limit")
     result, report = delmesh.remesh(source, map=True, progress=_told(progress, 0.05, 0.95), cancel=cancel, **options)
     progress(0.95, "attributes")
-    return Outcome([_Result(delmesh, data, result, options["boundary"] == "ignore", cancel=cancel).data], _plain(report) | _repairs(source))
+    made = _Result(delmesh, data, result, options["boundary"] == "ignore", cancel=cancel)
+    return Outcome([made.data if region is None else _put_back(whole, ~region, made)], _plain(report) | _repairs(source))
+
+
+def _put_back(whole, faces, made):
+    """The faces of `whole` that were not remeshed, beside the result: vertices have kept their numbers, edges their ends."""
+    data, corners = made.data, whole.corners_of(faces)
+    edges = whole.corner_edges[corners]
+    number = np.full(len(whole.edges), -1)
+    number[made.edge_source[made.edge_source >= 0]] = np.flatnonzero(made.edge_source >= 0)
+    if (np.sort(data.edges[number[edges]], axis=1) != np.sort(whole.edges[edges], axis=1)).any():
+        raise Refused("the border of the selected faces could not be kept: they touch the others in more than an edge")
+
+    def longer(values, more):
+        return np.concatenate([values, more])
+
+    chosen = {"FACE": faces, "CORNER": corners}
+    data.layers = [dataclasses.replace(layer, values=longer(layer.values, before.values[chosen[layer.domain]]))
+                   if layer.domain in chosen else layer for layer, before in zip(data.layers, whole.layers)]
+    data.corner_verts = longer(data.corner_verts, whole.corner_verts[corners])
+    data.corner_edges = longer(data.corner_edges, number[edges]).astype(np.int32)
+    sizes = np.diff(whole.face_offsets)[faces]
+    data.face_offsets = longer(data.face_offsets, data.face_offsets[-1] + np.cumsum(sizes)).astype(np.int32)
+    if data.normals is not None:
+        data.normals = longer(data.normals, whole.normals[corners])
+    return data
 
 
 def lod(delmesh, data, keep, options, progress, cancel):

@@ -102,11 +102,13 @@ def choose(dice):
     boundary = dice.choice(("IGNORE", "NONOBTUSE"))
     what = dice.choice(("remesh", "remesh", "remesh", "lod", "lod", "check"))
     if what == "remesh":
-        return "delmesh_remesh", {**keep, "boundary": boundary, "mode": dice.choice(support.MODES), "growth_limit": dice.choice((0, 4)),
+        return "delmesh_remesh", {**keep, "boundary": boundary, "mode": dice.choice(support.MODES),
+                                  "growth_limit": dice.choice((0, 4)),
                                   "feature_angle": dice.choice((0.1, 0.5, 1)), "max_normal_turn": dice.choice((3.15, 1, 0.5)),
                                   "tolerance": dice.choice((0, 0, 0.01)), "as_copy": dice.random() < 0.1}
     if what == "lod":
-        return "delmesh_lod", {**keep, "boundary": boundary, "by": "RATIO", "ratios": dice.choice(("0.5,0.1", "0.3", "0.9,0.2,0.02")),
+        return "delmesh_lod", {**keep, "boundary": boundary, "by": "RATIO",
+                               "ratios": dice.choice(("0.5,0.1", "0.3", "0.9,0.2,0.02")),
                                "prepare": dice.choice(("FLIP", "FEATURE")), "quality": dice.choice((0, 2)),
                                "source": dice.choice(("BASE", "EVALUATED")), "lod0": dice.choice(("ORIGINAL", "REMESHED", "NONE")),
                                "structure": dice.choice(("COLLECTION", "UNITY")), "density_group": dice.choice(("", "group"))}
@@ -187,7 +189,8 @@ def main():
         print(said.replace("\n", " "), flush=True)
         sizes.append(memory())
     early, late = max(sizes[:max(1, count // 5)]), min(sizes[-max(1, count // 10):])
-    print(f"{count} runs, {done} done, {count - done} refused; memory {early // 1024} MB after a fifth, {late // 1024} MB at the end")
+    print(f"{count} runs, {done} done, {count - done} refused; "
+          f"memory {early // 1024} MB after a fifth, {late // 1024} MB at the end")
     assert done > count / 2, "too many were refused"
     assert late < early + SLACK, "the memory grows"
     return 0

@@ -77,8 +77,9 @@ def main():
             (addons / "delmesh").symlink_to(ROOT / "blender_addon" / "delmesh")
             environment["DELMESH_LIBRARY"] = arguments.shared_object
         else:
-            zips = subprocess.run([sys.executable, ROOT / "scripts" / "package-blender", folder, "--library", arguments.shared_object],
-                                  check=True, capture_output=True, text=True).stdout.split()
+            zips = subprocess.run(
+                [sys.executable, ROOT / "scripts" / "package-blender", folder, "--library", arguments.shared_object],
+                check=True, capture_output=True, text=True).stdout.split()
             environment["DELMESH_ADDON_ZIPS"] = "\n".join(zips)
         command = [python, script] if python else [
             arguments.blender, "-b", "--factory-startup", "-noaudio", "--python-exit-code", "7", "--python", script]

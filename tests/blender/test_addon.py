@@ -198,6 +198,83 @@ class NothingLost(Case):
             self.assertFalse(ob.data.validate(verbose=True))
 
 
+class Region(Case):
+    """Edit mode: only selected faces."""
+
+    def edit(self, ob, chosen, **options):
+        select(ob)
+        bpy.context.tool_settings.mesh_select_mode = (False, False, True)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="DESELECT")
+        work = bmesh.from_edit_mesh(ob.data)
+        for face, value in zip(work.faces, chosen):
+            face.select_set(bool(value))
+        bmesh.update_edit_mesh(ob.data)
+        result = bpy.ops.object.delmesh_remesh("EXEC_DEFAULT", True, **{**support.DEFAULTS, **options})
+        self.assertEqual(ob.mode, "EDIT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        return result
+
+    def test_only_selected_faces_change(self):
+        for mode in MODES:
+            ob = folded_sheet("sheet " + mode)
+            mesh = ob.data
+            mesh.attributes.new("number", "INT", "FACE").data.foreach_set("value", np.arange(len(mesh.polygons), dtype=np.int32))
+            mesh.attributes.new("rail", "INT", "EDGE").data.foreach_set("value", np.arange(len(mesh.edges), dtype=np.int32) + 1)
+            ob.vertex_groups.new(name="group").add(range(0, 50), 0.5, "REPLACE")
+            chosen = np.array([p.center.x > 8 for p in mesh.polygons])
+            before = {p.index: [tuple(mesh.vertices[v].co) for v in p.vertices] for p in mesh.polygons if not chosen[p.index]}
+            rails = {tuple(sorted(e.vertices)): e.index + 1 for e in mesh.edges}
+            maps = {name: uv(mesh, name) for name in ("smooth", "split")}
+            starts = {p.index: p.loop_start for p in mesh.polygons}
+            source = points(mesh)
+            self.edit(ob, chosen, mode=mode)
+            self.assertFalse(mesh.validate(verbose=True))
+            np.testing.assert_array_equal(points(mesh)[:len(source)], source)
+            numbers = [d.value for d in mesh.attributes["number"].data]
+            kept = [p for p in mesh.polygons if len(p.vertices) == 4]
+            self.assertEqual(sorted(numbers[p.index] for p in kept), sorted(before))
+            for p in kept:
+                self.assertEqual([tuple(mesh.vertices[v].co) for v in p.vertices], before[numbers[p.index]])
+                for name, values in maps.items():
+                    start = starts[numbers[p.index]]
+                    np.testing.assert_array_equal(uv(mesh, name)[p.loop_start:p.loop_start + 4], values[start:start + 4])
+            for p in mesh.polygons:
+                if len(p.vertices) == 3:
+                    self.assertTrue(chosen[numbers[p.index]])
+            others = {pair for p in kept for pair in p.edge_keys}
+            rail = {tuple(sorted(edge.vertices)): mesh.attributes["rail"].data[edge.index].value for edge in mesh.edges}
+            self.assertEqual([rail[pair] for pair in others], [rails[pair] for pair in others])
+            self.assertTrue(all(mesh.vertices[v].groups[0].weight == 0.5 for v in range(50)))
+            # What was chosen is Delaunay inside.
+            part_of = [p for p in mesh.polygons if len(p.vertices) == 3]
+            arrays = points(mesh).astype(np.float32), np.array([p.vertices for p in part_of])
+            self.assertTrue(part("native").load().certify(arrays, boundary="ignore").delaunay)
+
+    def test_nothing_selected(self):
+        ob = folded_sheet()
+        with self.assertRaisesRegex(RuntimeError, "No faces are selected"):
+            self.edit(ob, np.zeros(len(ob.data.polygons), bool))
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_undo(self):
+        ob = folded_sheet()
+        before, faces = fingerprint(ob.data), len(ob.data.polygons)
+        select(ob)
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.ed.undo_push()
+        bpy.ops.object.delmesh_remesh("EXEC_DEFAULT", True, **{**support.DEFAULTS, "mode": "FLIP"})
+        bpy.context.object.update_from_editmode()
+        self.assertGreater(len(bpy.context.object.data.polygons), faces)
+        bpy.ops.ed.undo()
+        bpy.context.object.update_from_editmode()
+        self.assertEqual(len(bpy.context.object.data.polygons), faces)
+        self.assertEqual(bpy.context.object.mode, "EDIT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertEqual(fingerprint(bpy.context.object.data)[:3], before[:3])
+
+
 class Operator(Case):
     def test_undo_and_redo(self):
         ob = monkey()
@@ -258,7 +335,7 @@ class Operator(Case):
         select(ob)
         bpy.ops.object.mode_set(mode="EDIT")
         with self.assertRaisesRegex(RuntimeError, "Works in Object Mode"):
-            bpy.ops.object.delmesh_remesh()
+            bpy.ops.object.delmesh_check()
         bpy.ops.object.mode_set(mode="OBJECT")
 
     def test_a_missing_library_is_said_in_a_sentence(self):
@@ -304,8 +381,8 @@ class Operator(Case):
         settings.remesh.keep_seams, settings.remesh.feature_angle, settings.lod.ratios = False, 0.25, "0.7"
         panel._operator(Layout, part("operators").OBJECT_OT_delmesh_remesh, settings.remesh, settings.remesh)
         chosen = vars(Layout.button)
-        self.assertEqual((chosen["mode"], chosen["boundary"], chosen["growth_limit"], chosen["keep_seams"], chosen["feature_angle"]),
-                         ("FEATURE", "IGNORE", 4, False, 0.25))
+        self.assertEqual([chosen[name] for name in ("mode", "boundary", "growth_limit", "keep_seams", "feature_angle")],
+                         ["FEATURE", "IGNORE", 4, False, 0.25])
         select(folded_sheet())
         self.assertEqual(bpy.ops.object.delmesh_remesh(**chosen), {"FINISHED"})
         panel._operator(Layout, part("lods").OBJECT_OT_delmesh_lod, settings.lod, settings.remesh)
