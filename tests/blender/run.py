@@ -6,6 +6,7 @@
     run.py ... --beside     runs test_beside.py instead: the library alone, beside the host's OpenSubdiv
     run.py ... --campaign 500 --certifier dm_certifier     (random operators on random objects)
     run.py --library libdelmesh.so --bpy 4.5.15 --environment FOLDER     (a virtual environment, made there and used again)
+    run.py ... --certifier dm_certifier                                  (for what is read back from files)
 """
 import argparse
 import os
@@ -68,9 +69,9 @@ def main():
         environment.pop("PYTHONPATH", None)
         environment.pop("DELMESH_LIBRARY", None)
         script = HERE / ("test_beside.py" if arguments.beside else "inside.py")
+        environment["DELMESH_CERTIFIER"] = arguments.certifier
         if arguments.campaign:
-            environment |= {"DELMESH_CAMPAIGN": arguments.campaign, "DELMESH_CERTIFIER": arguments.certifier,
-                            "DELMESH_SEED": arguments.seed}
+            environment |= {"DELMESH_CAMPAIGN": arguments.campaign, "DELMESH_SEED": arguments.seed}
         if arguments.beside:
             environment["DELMESH_LIBRARY"] = arguments.shared_object
         elif arguments.source_tree:
