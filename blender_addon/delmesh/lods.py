@@ -194,6 +194,15 @@ def remove_levels(name):
                 bpy.data.collections.remove(collection)
 
 
+def show_level(context, number_):
+    """Hides all levels but the one of that number, and the objects that they were made of; -1 shows everything."""
+    objects = context.view_layer.objects
+    sources = {ob.get(SOURCE) for ob in objects}
+    for ob in objects:
+        if LEVEL in ob or ob.name in sources:
+            ob.hide_set(number_ >= 0 and ob.get(LEVEL) != number_)
+
+
 def shared_borders(parts):
     """parts: (MeshData, matrix to the scene). -> {number of the part: (v,) bool} of border vertices that lie where another part has
     one: decimation must leave them alone, for the parts to fit afterwards."""

@@ -74,6 +74,7 @@ class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
         settings = context.scene.delmesh
         settings.lod.draw_lod(layout, context.active_object)
         _operator(layout, OBJECT_OT_delmesh_lod, settings.lod, settings.remesh, icon="MOD_DECIM")
+        layout.prop(settings, "shown_level")
 
 
 class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):

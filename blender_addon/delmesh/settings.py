@@ -6,6 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from . import native
+from .lods import show_level
 from .options import LodOptions, RemeshOptions, boundary
 from .text import wrapped
 
@@ -31,6 +32,8 @@ class DelmeshLodSettings(LodOptions, bpy.types.PropertyGroup):
 class DelmeshSettings(bpy.types.PropertyGroup):
     remesh: PointerProperty(type=DelmeshRemeshSettings)
     lod: PointerProperty(type=DelmeshLodSettings)
+    shown_level: IntProperty(name="Show Level", description="Hide all levels but this one; at -1 all are shown", default=-1, min=-1,
+                             soft_max=8, update=lambda settings, context: show_level(context, settings.shown_level))
     show_overlay: BoolProperty(name="Show in Viewport", description="Draw the edges that the last check found", default=True)
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results in files: what is read back from .blend, binary PLY and glTF is certified by the independent certifier, which run.py names
-(--certifier), else by the library's."""
+"""Results in files: what is read back from .blend, binary PLY and glTF is certified by the independent certifier, which run.py
+names (--certifier), else by the library's."""
 import json
 import os
 import struct

@@ -183,6 +183,14 @@ class Levels(Case):
         heights = np.array([d.value for d in mesh.attributes["height"].data])
         np.testing.assert_array_equal(heights[-3:], points(mesh)[-3:, 2])
 
+    def test_one_level_is_shown(self):
+        ob = self.monkey()
+        lod(ob, ratios="0.5,0.1")
+        for level, shown in ((1, ["Suzanne_LOD1"]), (0, ["Suzanne_LOD0"]),
+                             (-1, ["Suzanne", "Suzanne_LOD0", "Suzanne_LOD1", "Suzanne_LOD2"])):
+            bpy.context.scene.delmesh.shown_level = level
+            self.assertEqual(sorted(o.name for o in bpy.context.scene.objects if o.visible_get()), shown)
+
     def test_undo(self):
         ob = self.monkey()
         select(ob)

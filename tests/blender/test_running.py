@@ -27,7 +27,7 @@ class Runs(Case):
 
     def job(self, ob, run="remesh", **options):
         runner, exchange = part("runner"), part("exchange")
-        options = {"mode": "preserve", **options} if run == "remesh" else options
+        options = {"mode": "preserve", "boundary": "nonobtuse", **options} if run == "remesh" else options
         return runner.Job(part("native").load(), [runner.Request(run, exchange.read(ob.data, ob), (), options, ob)])
 
     @staticmethod
