@@ -8,13 +8,13 @@
     runner.py      runs that, in a thread if there is a window
     isolation.py   ... and in another process: helper.py, shared.py
     options.py     of the operators; settings.py: what files remember
-    operators.py   Delaunay Remesh, Check Delaunay; lods.py: Delaunay LOD Family
+    operators.py   Delaunay Remesh, Check Delaunay; lods.py: Delaunay LOD Family; gltf.py: families in glTF files
     cautions.py    what users should know before
     panel.py, overlay.py   what they see
 """
 import bpy
 
-from . import isolation, lods, native, operators, overlay, panel, runner, settings
+from . import gltf, isolation, lods, native, operators, overlay, panel, runner, settings
 
 bl_info = {
     "name": "Delmesh",
@@ -25,6 +25,8 @@ bl_info = {
     "description": "Delaunay remeshing and LOD families, with an exact certificate",
     "category": "Mesh",
 }
+
+glTF2ExportUserExtension = gltf.glTF2ExportUserExtension  # where the exporter looks for it
 
 _CLASSES = (*settings.CLASSES, operators.OBJECT_OT_delmesh_remesh, lods.OBJECT_OT_delmesh_lod, operators.OBJECT_OT_delmesh_check,
             *panel.CLASSES)

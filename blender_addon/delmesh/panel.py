@@ -75,6 +75,7 @@ class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
         settings.lod.draw_lod(layout, context.active_object)
         _operator(layout, OBJECT_OT_delmesh_lod, settings.lod, settings.remesh, icon="MOD_DECIM")
         layout.prop(settings, "shown_level")
+        layout.prop(settings, "gltf_lods")
 
 
 class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):

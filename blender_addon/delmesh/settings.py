@@ -34,6 +34,8 @@ class DelmeshSettings(bpy.types.PropertyGroup):
     lod: PointerProperty(type=DelmeshLodSettings)
     shown_level: IntProperty(name="Show Level", description="Hide all levels but this one; at -1 all are shown", default=-1, min=-1,
                              soft_max=8, update=lambda settings, context: show_level(context, settings.shown_level))
+    gltf_lods: BoolProperty(name="MSFT_lod in glTF", default=False,
+                            description="Write families to glTF files as one node with levels, which Babylon and others read")
     show_overlay: BoolProperty(name="Show in Viewport", description="Draw the edges that the last check found", default=True)
 
 

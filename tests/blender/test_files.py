@@ -52,6 +52,12 @@ def read_glb(path):
     return np.concatenate(parts), np.concatenate(faces)
 
 
+def read_head(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    return json.loads(data[20:20 + struct.unpack_from("<I", data, 12)[0]])
+
+
 def weld(place, faces):
     """Vertices of one place become one: glTF doubles them along seams."""
     _, first, index = np.unique(place.view(np.uint32), axis=0, return_index=True, return_inverse=True)
@@ -101,6 +107,27 @@ class Files(Case):
                                             use_normals=False, axis_forward="Y", axis_up="Z")
                 place, faces = read_ply(path)
                 self.check(*weld(place, faces), ob.data.polygons)
+
+    def test_families_in_gltf(self):
+        ob = monkey()
+        ob.name = "model"
+        select(ob)
+        bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
+        with tempfile.TemporaryDirectory() as folder:
+            for structure in ("COLLECTION", "UNITY"):
+                bpy.ops.object.delmesh_lod(by="RATIO", ratios="0.6,0.3", source="BASE", lod0="ORIGINAL", structure=structure)
+                for wanted in (False, True):
+                    bpy.context.scene.delmesh.gltf_lods = wanted
+                    path = os.path.join(folder, "family.glb")
+                    bpy.ops.export_scene.gltf(filepath=path, export_format="GLB")
+                    head = read_head(path)
+                    names = [node["name"] for node in head["nodes"]]
+                    reached = set(head["scenes"][0]["nodes"]) | {i for node in head["nodes"] for i in node.get("children", ())}
+                    finest = head["nodes"][names.index("model_LOD0")]
+                    self.assertEqual("MSFT_lod" in head.get("extensionsUsed", ()), wanted)
+                    self.assertEqual({names[i] for i in reached} >= {"model_LOD1", "model_LOD2"}, not wanted)
+                    if wanted:
+                        self.assertEqual([names[i] for i in finest["extensions"]["MSFT_lod"]["ids"]], ["model_LOD1", "model_LOD2"])
 
     def test_gltf(self):
         with tempfile.TemporaryDirectory() as folder:
