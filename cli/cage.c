@@ -83,6 +83,7 @@ int32_t cage_subdivide(const CageOptions* options, const Carry* carry, delmesh_c
         subdivide.value = options->value;
         subdivide.evaluation = options->evaluation;
         subdivide.precision = options->precision;
+        subdivide.measure = options->measure;
         status = delmesh_subdivide(context, out->handle, &subdivide, mesh, &out->report);
     }
     carry_layers_free(&layers);

@@ -13,6 +13,7 @@ typedef struct CageOptions {
     bool normals;             /* the limit surface's go into the result */
     int32_t fineness;         /* DELMESH_FINENESS_*; -1: the file is no cage */
     double value;
+    bool measure; /* also how far the mesh is from the limit surface */
 } CageOptions;
 
 /* But for how fine, which commands spell differently. `boundary_name`: "--boundary" may mean something else there. */

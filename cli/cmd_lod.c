@@ -140,6 +140,7 @@ static bool parse_subdivide(Lod* l) {
     while (strncmp(l->subdivide, kinds[kind].name, strlen(kinds[kind].name)) != 0) ++kind;
     cage->fineness = kinds[kind].fineness;
     cage->precision = l->options.precision;
+    cage->measure = !l->no_measure || l->lists[3].text;
     if (!text_parse_double(l->subdivide + strlen(kinds[kind].name), &cage->value))
         return fail_with(&l->session.failure, kStatusUsage, "--subdivide takes N, length=L or triangles=N, not '%s'",
                          l->subdivide);
@@ -211,6 +212,18 @@ static bool run_decimate(Lod* l) {
         return false;
     for (int32_t i = 1; i < l->count; ++i)
         if (!session_resolve(s, &l->in, &l->levels[i].length, &l->diagonal, &l->targets[i].value)) return false;
+    /* Against the limit surface: what the mesh of it is off already is spent. */
+    const double off = l->in.cage.handle ? l->in.cage.report.limit_distance : 0;
+    for (int32_t i = 1; i < l->count && off > 0; ++i) {
+        if (l->targets[i].kind != DELMESH_TARGET_DEVIATION) continue;
+        if (l->targets[i].value <= off)
+            return fail_with(
+                &s->failure, kStatusUsage,
+                "--deviation: level %ld was to be within %.6g of the limit surface, and the mesh that it is made of is "
+                "%.6g away: --subdivide finer",
+                (long)i, l->targets[i].value, off);
+        l->targets[i].value -= off;
+    }
     options->strict = s->strict;
     options->quality = (int32_t)l->quality;
     options->map = l->in.cage.handle ? !s->carry.bare : carry_needs_map(&s->carry, &l->in.file, l->levels[0].path);
@@ -312,6 +325,8 @@ static void json_level(const Lod* l, Json* json, int32_t i) {
     json_integer(json, "relaxed_vertices", p->relaxed_vertices);
     if (!l->no_measure) {
         json_deviation(json, &level->distance);
+        if (l->in.cage.handle)
+            json_double(json, "limit_hausdorff_bound", level->distance.hausdorff_bound + l->in.cage.report.limit_distance);
         json_begin_object(json, "angles");
         json_quality(json, &level->quality);
         json_end_object(json);
@@ -337,6 +352,13 @@ static void json_report(const Lod* l, Json* json, bool ok) {
     json_integer(json, "collapses", p->collapses);
     json_integer(json, "flips", p->flips);
     json_integer(json, "undone", p->undone);
+    if (l->in.cage.handle) {
+        json_begin_object(json, "subdivide");
+        json_integer(json, "rate", l->in.cage.report.rate);
+        json_integer(json, "left_out_faces", l->in.cage.report.left_out_faces);
+        if (l->in.cage.report.limit_distance >= 0) json_double(json, "limit_distance", l->in.cage.report.limit_distance);
+        json_end_object(json);
+    }
     json_begin_object(json, "prepare");
     json_integer(json, "nld_in", p->prepare_nld);
     json_integer(json, "flips", p->prepare_flips);

@@ -65,6 +65,10 @@ static void json_report(const Subdivide* d, Json* json, bool ok) {
     json_integer(json, "rate", p->rate);
     json_integer(json, "left_out_faces", p->left_out_faces);
     json_integer(json, "unmatched_creases", p->unmatched_creases);
+    if (p->limit_distance >= 0) {
+        json_double(json, "limit_distance", p->limit_distance);
+        json_double(json, "limit_rms", p->limit_rms);
+    }
     json_counts(json, &d->in.info);
     json_begin_repairs(json, &d->in);
     json_end_object(json);
@@ -90,6 +94,8 @@ static void print_report(const Subdivide* d) {
     print_count("boundary edges", d->in.info.boundary_edges);
     if (p->left_out_faces > 0) print_count("faces left out", p->left_out_faces);
     if (p->unmatched_creases > 0) print_count("creases on no edge", p->unmatched_creases);
+    if (p->limit_distance >= 0)
+        printf("  %-26s%16.3g at most, %.3g rms, sampled\n", "from the limit surface", p->limit_distance, p->limit_rms);
     print_repairs(&d->in);
     print_layers(&d->in);
     printf("  %-26s%14.3f s (read %.3f, subdivide %.3f, write %.3f)\n", "time", seconds_now() - d->session.begin,
@@ -113,6 +119,7 @@ int command_subdivide(int count, char** arguments) {
         option_choice("--evaluation", &s->cage.evaluation, kEvaluations, "bfr|far",
                       "each point on its own (bfr), or by refinement"),
         option_choice("--precision", &s->cage.precision, kPrecisionChoices, "f32|f64", "of the result (f32)"),
+        option_flag("--measure", &s->cage.measure, "also measure how far it is from the limit surface"),
         CARRY_OPTIONS(&s->carry),
         option_string("--report", &d.report_path, "R.json", "write the JSON report there"),
         option_choice("--encoding", &d.encoding, kEncodingChoices, "ascii|little|big", "of PLY and STL (little; .stla: ascii)"),

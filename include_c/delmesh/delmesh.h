@@ -712,6 +712,8 @@ typedef struct delmesh_subdivide_options {
     double value;       /* of it. 8 */
     int32_t evaluation; /* DELMESH_EVALUATION_BFR */
     int32_t precision;  /* of the result: DELMESH_FLOAT32 (default) or DELMESH_FLOAT64 */
+    int32_t measure;    /* 1: also limit_distance and limit_rms, which takes as long as the rest. Default 0 */
+    int32_t reserved0;
 } delmesh_subdivide_options;
 
 DELMESH_API void delmesh_subdivide_options_init(delmesh_subdivide_options* options, uint32_t struct_size);
@@ -723,6 +725,10 @@ typedef struct delmesh_subdivide_report {
     int64_t left_out_faces;    /* of the cage: holes, and those without a limit surface */
     int64_t unmatched_creases; /* crease_edges that are no edge of a face */
     double longest_edge;       /* of the cage's edges on the limit surface, as found for _EDGE_LENGTH; else 0 */
+    /* With `measure`, else < 0: the largest distance, and the root mean square, between points of the mesh and of the limit surface
+     * that have the same place, at the middles of all edges and faces. The limit surface is from what is made of the mesh at most
+     * that thing's distance to the mesh and this; but this is sampled, where delmesh_measure_distance proves a bound */
+    double limit_distance, limit_rms;
     double seconds_total;
     uint64_t peak_bytes;       /* of the context's allocator, during this call */
 } delmesh_subdivide_report;

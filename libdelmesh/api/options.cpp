@@ -117,7 +117,9 @@ delmesh_reevaluate_report defaults() {
 }
 template <>
 delmesh_subdivide_report defaults() {
-    return sized<delmesh_subdivide_report>();
+    auto report = sized<delmesh_subdivide_report>();
+    report.limit_distance = report.limit_rms = -1;
+    return report;
 }
 
 template <>
@@ -283,6 +285,8 @@ Status read_options(Context& context, const delmesh_subdivide_options* given, de
                             Number(out.value).text);
     }
     DM_TRY(check_integer(context, "evaluation", out.evaluation, DELMESH_EVALUATION_BFR, DELMESH_EVALUATION_FAR));
+    DM_TRY(check_integer(context, "measure", out.measure, 0, 1));
+    DM_TRY(check_integer(context, "reserved0", out.reserved0, 0, 0));
     return check_integer(context, "precision", out.precision, DELMESH_FLOAT32, DELMESH_FLOAT64);
 }
 

@@ -10,6 +10,7 @@
 #include "mesh/borders.h"
 #include "mesh/connect.h"
 #include "subdiv/faces.h"
+#include "subdiv/limit_distance.h"
 #include "subdiv/limit_values.h"
 
 namespace dm {
@@ -283,8 +284,12 @@ public:
         DM_TRY(options_.evaluation == DELMESH_EVALUATION_FAR ? refine() : evaluate());
         DM_TRY(context_.stage("connect", 0.5, 0.8));
         DM_TRY(connect());
-        DM_TRY(context_.stage("layers", 0.8, 1));
+        DM_TRY(context_.stage("layers", 0.8, 0.9));
         DM_TRY(keep_layers());
+        if (options_.measure != 0) {
+            DM_TRY(context_.stage("measure", 0.9, 1));
+            DM_TRY(limit_distance(context_, cage_, mesh_, report_.limit_distance, report_.limit_rms));
+        }
         report_.vertices = mesh_.vertices();
         report_.faces = mesh_.faces();
         return DELMESH_OK;

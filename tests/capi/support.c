@@ -346,6 +346,7 @@ static int32_t subdivide(delmesh_context* context, const delmesh_cage* cage, del
     delmesh_subdivide_report_init(&report, sizeof report);
     report.seconds_total = -1;
     options.value = 3;
+    options.measure = 1;
     const int32_t status = delmesh_subdivide(context, cage, &options, out, &report);
     assert_true(report.seconds_total >= 0);
     return status;

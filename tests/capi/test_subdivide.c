@@ -436,6 +436,38 @@ static void fineness(void** state) {
     delmesh_cage_destroy(cage);
 }
 
+/* The distance to the limit surface: of a bilinear cage of planes none; else its mean goes down by four where the rate doubles. */
+static void distance_to_the_limit(void** state) {
+    (void)state;
+    Polygons p = cube();
+    for (int32_t round = 0; round < 2; ++round) {
+        delmesh_cage_desc desc = desc_of(&p);
+        desc.scheme = round == 0 ? DELMESH_SCHEME_BILINEAR : DELMESH_SCHEME_CATMULL_CLARK;
+        delmesh_cage* cage = make_cage(&desc);
+        double before = 0;
+        for (int32_t rate = 8; rate <= 32; rate *= 2) {
+            delmesh_subdivide_options options;
+            delmesh_subdivide_report report;
+            delmesh_subdivide_options_init(&options, sizeof options);
+            delmesh_subdivide_report_init(&report, sizeof report);
+            options.value = rate;
+            options.precision = DELMESH_FLOAT64;
+            delmesh_mesh* mesh = NULL;
+            assert_status(delmesh_subdivide(context, cage, &options, &mesh, &report), context, DELMESH_OK);
+            assert_true(report.limit_distance < 0 && report.limit_rms < 0);
+            delmesh_mesh_destroy(mesh);
+            options.measure = 1;
+            assert_status(delmesh_subdivide(context, cage, &options, &mesh, &report), context, DELMESH_OK);
+            delmesh_mesh_destroy(mesh);
+            if (round == 0) assert_true(report.limit_distance < 1e-7); /* places are float32 */
+            if (round == 1 && before > 0) assert_true(before / report.limit_rms > 3.5 && before / report.limit_rms < 4.5);
+            assert_true(report.limit_rms <= report.limit_distance && report.limit_rms >= 0);
+            before = report.limit_rms;
+        }
+        delmesh_cage_destroy(cage);
+    }
+}
+
 /* ---- Layers --------------------------------------------------------------------------------------------------------------- */
 
 /* A square of 2 x 2 quads, a UV seam along its middle, and two materials on either side of the other middle. */
@@ -868,6 +900,7 @@ int main(void) {
         cmocka_unit_test(bad_cages),
         cmocka_unit_test(bad_subdivisions),
         cmocka_unit_test(poses),
+        cmocka_unit_test(distance_to_the_limit),
     };
     if (!has_cages()) return cmocka_run_group_tests_name("no cages", without, set_up, tear_down);
     return cmocka_run_group_tests_name("subdivide", tests, set_up, tear_down);

@@ -171,6 +171,21 @@ class Cages(unittest.TestCase):
             self.assertGreater(seams, 8)  # along the twelve edges of the cube; every face of it has a map of its own
             self.assertLess(seams, len(points))
 
+    def test_deviation_from_the_limit(self):
+        cage = self.write("cube.obj", CUBE)
+        report = self.run_command("lod", cage, self.folder / "cube", "--subdivide", "32", "--deviation", "0.01,0.05", "--json")
+        off = report["subdivide"]["limit_distance"]
+        self.assertGreater(off, 1e-5)
+        self.assertLess(off, 3e-3)
+        for level, wanted in zip(report["levels"][1:], (0.01, 0.05)):
+            self.assertAlmostEqual(level["target"]["value"], wanted - off, delta=1e-12)
+            self.assertLessEqual(level["bound"], wanted - off)
+            self.assertAlmostEqual(level["limit_hausdorff_bound"], level["deviation"]["hausdorff_bound"] + off, delta=1e-12)
+        said = self.run_command("lod", cage, self.folder / "cube", "--subdivide", "2", "--deviation", "0.0001", expected=2)
+        self.assertIn("--subdivide finer", said)
+        report, _ = self.subdivide(cage, "--rate", "32", "--measure")
+        self.assertAlmostEqual(report["limit_distance"], off, delta=1e-12)
+
     def test_real_cages(self):
         if not DATA.is_dir():
             self.skipTest("the shared data is missing")

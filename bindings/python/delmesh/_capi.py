@@ -243,13 +243,13 @@ class delmesh_cage_desc(C.Structure):
 
 class delmesh_subdivide_options(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("fineness", C.c_int32), ("value", C.c_double), ("evaluation", C.c_int32),
-        ("precision", C.c_int32)]
+        ("precision", C.c_int32), ("measure", C.c_int32), ("reserved0", C.c_int32)]
 
 
 class delmesh_subdivide_report(C.Structure):
     _fields_ = [("struct_size", C.c_uint32), ("rate", C.c_int32), ("vertices", C.c_int64), ("faces", C.c_int64),
         ("left_out_faces", C.c_int64), ("unmatched_creases", C.c_int64), ("longest_edge", C.c_double),
-        ("seconds_total", C.c_double), ("peak_bytes", C.c_uint64)]
+        ("limit_distance", C.c_double), ("limit_rms", C.c_double), ("seconds_total", C.c_double), ("peak_bytes", C.c_uint64)]
 
 
 class delmesh_reevaluate_report(C.Structure):

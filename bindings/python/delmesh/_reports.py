@@ -142,6 +142,8 @@ class SubdivideReport(NamedTuple):
     left_out_faces: int
     unmatched_creases: int
     longest_edge: float
+    limit_distance: float
+    limit_rms: float
     seconds_total: float
     peak_bytes: int
 

@@ -112,12 +112,13 @@ class Cage:
         return context or Context(threads=self._threads, library=self._library)
 
     def subdivide(self, rate: int | None = None, *, edge_length: float | None = None, triangles: int | None = None,
-                  evaluation="bfr", precision="float32", progress: Progress = None, cancel: CancelToken | None = None,
-                  context: Context | None = None) -> Result:
+                  evaluation="bfr", precision="float32", measure=False, progress: Progress = None,
+                  cancel: CancelToken | None = None, context: Context | None = None) -> Result:
         """The limit surface: cage.subdivide(16) -> Result with .vertices, .faces, .mesh, .report (a SubdivideReport), .layers.
 
         Exactly one of: rate (pieces per edge of the cage), edge_length (of them, at most, on average) and triangles (at most so
-        many). What is made of the result (remesh, lod_family, decimate) knows its places on the cage, too.
+        many). With measure, the report also says how far the mesh is from the limit surface. What is made of the result (remesh,
+        lod_family, decimate) knows its places on the cage, too.
         """
         given = {name: value for name, value in (("rate", rate), ("edge_length", edge_length), ("faces", triangles))
                  if value is not None}
@@ -129,6 +130,7 @@ class Cage:
         options.fineness = _choices.names("DELMESH_FINENESS_")[kind]
         options.evaluation = _choices.number("The option 'evaluation'", evaluation, _CHOICES["evaluation"])
         options.precision = _choices.number("The option 'precision'", np.dtype(precision).name, _CHOICES["precision"])
+        options.measure = bool(measure)
         out = C.c_void_p()
         report = _run(context, "subdivide", [self._handle, options, out], SubdivideReport, progress, cancel, out)
         mesh = Mesh._made(context, out)
@@ -197,11 +199,11 @@ class Cage:
 
 
 def subdivide(positions, faces=None, rate: int | None = None, *, edge_length: float | None = None, triangles: int | None = None,
-              evaluation="bfr", precision="float32", progress: Progress = None, cancel: CancelToken | None = None,
+              evaluation="bfr", precision="float32", measure=False, progress: Progress = None, cancel: CancelToken | None = None,
               context: Context | None = None, **cage) -> Result:
     """Cage(positions, faces, **cage).subdivide(rate, ...): delmesh.subdivide(positions, faces, 16).vertices. The cage is
     result.mesh.cage."""
     context = context or Context()
     made = Cage(positions, faces, cancel=cancel, context=context, **cage)
     return made.subdivide(rate, edge_length=edge_length, triangles=triangles, evaluation=evaluation, precision=precision,
-                          progress=progress, cancel=cancel, context=context)
+                          measure=measure, progress=progress, cancel=cancel, context=context)
