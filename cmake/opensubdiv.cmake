@@ -28,8 +28,10 @@ if(DELMESH_OPENSUBDIV_SOURCE)
   return()
 endif()
 
-find_path(DELMESH_OPENSUBDIV_INCLUDE opensubdiv/bfr/surface.h)
-find_library(DELMESH_OPENSUBDIV_LIBRARY osdCPU)
+if(NOT CMAKE_CROSSCOMPILING) # else it would be this system's
+  find_path(DELMESH_OPENSUBDIV_INCLUDE opensubdiv/bfr/surface.h)
+  find_library(DELMESH_OPENSUBDIV_LIBRARY osdCPU)
+endif()
 mark_as_advanced(DELMESH_OPENSUBDIV_INCLUDE DELMESH_OPENSUBDIV_LIBRARY)
 if(DELMESH_OPENSUBDIV_INCLUDE AND DELMESH_OPENSUBDIV_LIBRARY)
   add_library(delmesh_opensubdiv INTERFACE)
