@@ -61,6 +61,10 @@ DELMESH_HPP_STRUCT(CertifyReport, certify_report);
 DELMESH_HPP_STRUCT(QualityReport, quality_report);
 DELMESH_HPP_STRUCT(DistanceOptions, distance_options);
 DELMESH_HPP_STRUCT(DistanceReport, distance_report);
+DELMESH_HPP_STRUCT(CageDesc, cage_desc);
+DELMESH_HPP_STRUCT(SubdivideOptions, subdivide_options);
+DELMESH_HPP_STRUCT(SubdivideReport, subdivide_report);
+DELMESH_HPP_STRUCT(ReevaluateReport, reevaluate_report);
 #undef DELMESH_HPP_STRUCT
 
 // Of a level: target(DELMESH_TARGET_VERTICES, 500).
@@ -188,6 +192,22 @@ private:
     std::unique_ptr<delmesh_mesh, Destroy> handle_;
 };
 
+// ---- Cage -------------------------------------------------------------------------------------------------------------------
+
+class Cage {
+public:
+    Cage() = default;
+    explicit Cage(delmesh_cage* handle) : handle_(handle) {} // takes it over
+    delmesh_cage* get() const { return handle_.get(); }
+    explicit operator bool() const { return handle_ != nullptr; }
+
+private:
+    struct Destroy {
+        void operator()(delmesh_cage* cage) const { delmesh_cage_destroy(cage); }
+    };
+    std::unique_ptr<delmesh_cage, Destroy> handle_;
+};
+
 // ---- Context ----------------------------------------------------------------------------------------------------------------
 
 class Context {
@@ -305,6 +325,29 @@ public:
         to.values = view_mut(rows.values.data(), entries);
         finish(delmesh_transfer_sparse(get(), mesh.get(), &from, limit, normalise, &to));
         return rows;
+    }
+    Cage create_cage(const CageDesc& desc) {
+        delmesh_cage* made = nullptr;
+        finish(delmesh_cage_create(get(), &desc, &made));
+        return Cage(made);
+    }
+    Mesh subdivide(const Cage& cage, const SubdivideOptions& options = SubdivideOptions(), SubdivideReport* report = nullptr) {
+        delmesh_mesh* made = nullptr;
+        finish(delmesh_subdivide(get(), cage.get(), &options, &made, report));
+        return Mesh(made);
+    }
+    // source: of a layer of corners that the cage was made with nullptr is its own values.
+    void limit_values(const Cage& cage, const Mesh& mesh, int32_t domain, int32_t layer, const delmesh_view* source,
+                      const delmesh_view_mut& target) {
+        finish(delmesh_limit_values(get(), cage.get(), mesh.get(), domain, layer, source, &target));
+    }
+    void limit_normals(const Cage& cage, const Mesh& mesh, const delmesh_view* positions, const delmesh_view_mut& target) {
+        finish(delmesh_limit_normals(get(), cage.get(), mesh.get(), positions, &target));
+    }
+    Mesh reevaluate(const Cage& cage, const Mesh& mesh, const delmesh_view& positions, ReevaluateReport* report = nullptr) {
+        delmesh_mesh* made = nullptr;
+        finish(delmesh_reevaluate(get(), cage.get(), mesh.get(), &positions, &made, report));
+        return Mesh(made);
     }
     CertifyReport certify(const Mesh& mesh, const CertifyOptions& options = CertifyOptions()) {
         CertifyReport report;

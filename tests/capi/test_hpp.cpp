@@ -73,8 +73,9 @@ void round_trip() {
     EXPECT(levels[1].stopped_by != DELMESH_STOPPED_BY_TARGET || family[1].info().faces == 1);
     delmesh::LevelReport level;
     EXPECT(other.decimate(moved, targets[1], delmesh::DecimateOptions(), &level).info().faces == level.faces);
-    EXPECT(thrown_by<delmesh::Error>([&] { other.lod_family(moved, {targets[1], targets[0]}); }).status() ==
-           DELMESH_ERROR_INVALID_ARGUMENT);
+    EXPECT(thrown_by<delmesh::Error>([&] {
+               other.lod_family(moved, {targets[1], targets[0]});
+           }).status() == DELMESH_ERROR_INVALID_ARGUMENT);
     thrown_by<delmesh::Error>([&] { other.lod_family(moved, {}); });
     EXPECT(estimate.exact == 1 && estimate.nld_edges == 0 && estimate.vertices_out == estimate.vertices_in);
 }
@@ -141,7 +142,10 @@ void errors() {
 void progress() {
     delmesh::Context context;
     double last = -1;
-    context.on_progress([&](double fraction, const char*) { last = fraction; return true; });
+    context.on_progress([&](double fraction, const char*) {
+        last = fraction;
+        return true;
+    });
     const delmesh::Mesh mesh = context.create(kPositions, kCorners);
     EXPECT(last == 1);
     context.on_progress([](double, const char*) { return false; });
@@ -154,6 +158,40 @@ void progress() {
     context.cancel();
     EXPECT(thrown_by<delmesh::Error>([&] { context.remesh(mesh); }).status() == DELMESH_ERROR_CANCELLED);
     EXPECT(static_cast<bool>(context.remesh(mesh)));
+}
+
+// One bilinear quad, which is its own limit.
+void cages() {
+    delmesh::Context context;
+    const std::vector<double> positions{0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0};
+    const std::vector<int32_t> corners{0, 1, 2, 3}, sizes{4};
+    delmesh::CageDesc desc;
+    desc.scheme = DELMESH_SCHEME_BILINEAR;
+    desc.positions = delmesh::view(positions, 3);
+    desc.corner_verts = delmesh::view(corners);
+    desc.face_sizes = delmesh::view(sizes);
+    delmesh::Cage cage;
+    try {
+        cage = context.create_cage(desc);
+    } catch (const delmesh::Error& error) {
+        EXPECT(error.status() == DELMESH_ERROR_UNSUPPORTED);
+        return;
+    }
+    delmesh::SubdivideOptions options;
+    delmesh::SubdivideReport report;
+    options.value = 2;
+    const delmesh::Mesh mesh = context.subdivide(cage, options, &report);
+    EXPECT(report.rate == 2 && report.vertices == 9 && report.faces == 8);
+    std::vector<double> normals(72);
+    context.limit_normals(cage, mesh, nullptr, delmesh::view_mut(normals.data(), 24, 3));
+    EXPECT(normals[2] == 1 && normals[71] == 1);
+    std::vector<double> limit(27);
+    const delmesh_view source = delmesh::view(positions, 3);
+    context.limit_values(cage, mesh, DELMESH_DOMAIN_VERTEX, -1, &source, delmesh::view_mut(limit.data(), 9, 3));
+    EXPECT(limit == mesh.positions<double>());
+    delmesh::ReevaluateReport pose;
+    EXPECT(context.reevaluate(cage, mesh, source, &pose).positions<double>() == limit);
+    EXPECT(pose.moved_vertices == 0 && pose.delaunay == 1);
 }
 
 // Without the wrapper: a callback that throws into the C frames, which is against the rules, still comes back as a status.
@@ -178,6 +216,7 @@ int main() {
     layers();
     errors();
     progress();
+    cages();
     throwing_c_callback();
     return failures == 0 ? 0 : 1;
 }
