@@ -88,6 +88,12 @@ def _import(delmesh, data, keep=KEEP, uv_weight=0.0, **more):
 # ---- From the library -------------------------------------------------------------------------------------------------------
 
 
+def _groups(a, b):
+    """Pairs of numbers that are not negative -> a number per pair, equal for equal pairs, and how many have it."""
+    _, index, count = np.unique(a.astype(np.int64) * (int(b.max(initial=0)) + 1) + b, return_inverse=True, return_counts=True)
+    return index.reshape(-1), count
+
+
 class _Result:
     """`made`, which the library made of `source`, as MeshData: the sheets joined again where it cut a non-manifold place open, and
     what no face uses put back."""
@@ -141,14 +147,18 @@ class _Result:
         three are an edge inside when joined: if nothing was asked of borders, that need not be Delaunay."""
         join, made = join.copy(), self.made
         while True:
-            _, index, count = np.unique(np.sort(join[made.faces], axis=1), axis=0, return_inverse=True, return_counts=True)
-            verts = made.faces[count[index.reshape(-1)] > 1].reshape(-1)
+            faces = np.sort(join[made.faces], axis=1)
+            index, count = _groups(_groups(faces[:, 0], faces[:, 1])[0], faces[:, 2])
+            verts = made.faces[count[index] > 1].reshape(-1)
             if self.borders_are_free:
-                _, index, count = np.unique(np.sort(join[made.edges], axis=1), axis=0, return_inverse=True, return_counts=True)
-                index = index.reshape(-1)
-                faces = np.bincount(index[made.corner_edges.reshape(-1)], minlength=len(count))
-                verts = np.concatenate([verts, made.edges[((count == 2) & (faces == 2))[index]].reshape(-1)])
-            joined = np.unique(verts[join[verts] != verts])
+                edges = np.sort(join[made.edges], axis=1)
+                index, count = _groups(edges[:, 0], edges[:, 1])
+                sides = np.bincount(index[made.corner_edges.reshape(-1)], minlength=len(count))
+                verts = np.concatenate([verts, made.edges[((count == 2) & (sides == 2))[index]].reshape(-1)])
+            # All sheets at such a vertex: one by one it would take as many rounds as there are sheets.
+            meets = np.zeros(len(join), bool)
+            meets[join[verts]] = True
+            joined = np.flatnonzero(meets[join] & (join != np.arange(len(join))))
             if not len(joined):
                 return join
             join[joined] = joined
