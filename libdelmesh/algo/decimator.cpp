@@ -387,7 +387,6 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
     Place best;
     best.cost = kNever;
     guard_refused = false;
-    bool flips = rules.flips && tried != kFlips;
     const auto consider = [&](const Vec3& where) {
         const Vec3 w = round_to(rules.precision, where);
         if (!is_finite(w)) return;
@@ -398,7 +397,7 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
         const double error = sum.at(w - origin);
         if (error >= best.cost) return;
         const Trial trial = try_place(star, w);
-        if (!trial.possible || (trial.nld != 0 && !flips)) return;
+        if (!trial.possible || (trial.nld != 0 && !rules.flips)) return;
         const double total = error + flip_weight * trial.flips;
         if (total < best.cost && total < BucketQueue<Entry>::kLargest) best = {w, total, trial};
     };
@@ -424,17 +423,15 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
         if (rules.middle && !good_enough()) consider(0.5 * (a + b));
     }
     if (best.cost < kNever) {
-        if (!good_enough()) return postpone(best.cost, std::max(tried, kOptimum));
+        if (!good_enough()) return postpone(best.cost, kOptimum);
         double total = best.cost;
         const double most = rules.slack * std::max(rules.slack * best.cost, BucketQueue<Entry>::end_of(bucket));
         guard_refused = false;
         if (commit(star, best, most, total)) return;
         if (total < BucketQueue<Entry>::kLargest) return postpone(total, kOptimum);
-        // The guard, or a flip that may not be, objects to the place, perhaps not to the collapse.
-        const bool by_guard = guard_refused;
+        // The guard, a fold, or a flip that may not be, objects to the place, perhaps not to the collapse.
         const Vec3 refused = best.at;
         double least = kNever;
-        flips = flips && by_guard;
         const Vec3 places[3] = {a, b, 0.5 * (a + b)};
         for (int i = 0; i < 3 && !at_p && !at_q; ++i) {
             if (!(i < 2 ? rules.ends : rules.middle)) continue;
@@ -446,7 +443,7 @@ void Decimator::attempt(int32_t c, Tried tried, int32_t bucket) {
             else if (commit(star, best, most, total))
                 return;
         }
-        if (least < kNever) return postpone(least, by_guard ? kOptimum : kFlips);
+        if (least < kNever) return postpone(least, kOptimum);
     }
     ++refusals[guard_refused ? DELMESH_STOPPED_BY_BOUND : DELMESH_STOPPED_BY_DELAUNAY];
 }

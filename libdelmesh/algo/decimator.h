@@ -79,13 +79,12 @@ private:
         Kind kind = Kind::smooth;
         bool locked = false; // by the caller, a cut or the region: a corner whatever becomes of its edges
     };
-    // What is known of an edge since its ends changed: nothing; its optimum cost too much for where the entry was; flips do not
-    // help.
-    enum Tried : uint32_t { kNothing, kOptimum, kFlips };
+    // What is known of an edge since its ends changed: nothing; its optimum cost too much for where the entry was.
+    enum Tried : uint32_t { kNothing, kOptimum };
     struct Entry {
         int32_t corner, p, q;
-        uint32_t stamp : 30; // see stamp_of: an entry made before one of the ends changed is not looked at
-        uint32_t tried : 2;
+        uint32_t stamp : 31; // see stamp_of: an entry made before one of the ends changed is not looked at
+        uint32_t tried : 1;
     };
     // The edge from the merged vertex to a neighbour, and the face that follows counter-clockwise.
     struct Spoke {
@@ -134,7 +133,7 @@ private:
     void push_around(int32_t v);
     Status fill_queue();
     void enqueue(int32_t bucket, const Entry& e) { queue.push(e.p >> kPartBits, bucket, e); }
-    uint32_t stamp_of(int32_t p, int32_t q) const { return (verts[p].version + verts[q].version) & 0x3fffffff; }
+    uint32_t stamp_of(int32_t p, int32_t q) const { return (verts[p].version + verts[q].version) & 0x7fffffff; }
     int32_t find(const Entry& e) const;
     void ask_for(const Entry* entries, int count, int32_t* corners) const;
     bool ends_may_merge(int32_t c, bool& stays_at_p, bool& stays_at_q) const;
