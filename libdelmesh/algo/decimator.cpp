@@ -251,15 +251,18 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
     int64_t look_at = guard == nullptr && has_lines ? vertices_left : -1; // a guard says itself what is out of proportion
     while (!reached()) {
         if (vertices_left <= look_at) {
-            if (lines_hold_back()) {
+            constexpr int64_t kMany = 4; // one of them for so many vertices
+            const int64_t held = lines_that_hold_back();
+            if (kMany * held > vertices_left) {
                 stopped_by = DELMESH_STOPPED_BY_FEATURES;
                 return DELMESH_OK;
             }
-            look_at = vertices_left - vertices_left / 16;
+            // The last collapses before that are the worst ones, so it is looked for more often when it is near.
+            look_at = vertices_left - 1 - vertices_left / (2 * kMany * held > vertices_left ? 128 : 16);
         }
         DM_TRY(context.progress((from - static_cast<double>(vertices_left)) / (from - to + 1)));
         const int rounds_between = guard != nullptr ? 1 : 64; // a guard may take milliseconds for one collapse
-        for (int rounds = 0; rounds < rounds_between && !reached(); ++rounds) {
+        for (int rounds = 0; rounds < rounds_between && vertices_left > look_at && !reached(); ++rounds) {
             // A few at a time, so that what they need is on its way from memory while others are looked at.
             Entry batch[kBatch];
             int32_t buckets[kBatch];
@@ -293,13 +296,12 @@ Status Decimator::run(int64_t most_vertices, int64_t most_faces) {
 // Kept edges may not be flipped, so lines that are close to each other cannot get coarser than they are far apart. What the rest is
 // made to pay for that is out of proportion where many of them would have gone long ago. Features by their angle end a run as soon as
 // that shows; what came with the mesh, such as a texture's seams, has to be paid for, and does only where the surface is about to go.
-bool Decimator::lines_hold_back() const {
+int64_t Decimator::lines_that_hold_back() const {
     constexpr double kCheap = 0.01; // of the dearest collapse: a tenth of the distance
-    constexpr int64_t kMany = 4;    // one of them for so many vertices
     constexpr double kSeen = 1e-12; // a thousandth of the model's size over a millionth of its square; below that it may be noise
     constexpr double kFar =
         1e-5; // a distance of 0.3 % of the model's size, squared, for each vertex's share of a square of that size
-    if (cost < kSeen) return false;
+    if (cost < kSeen) return 0;
     const bool is_far = cost * static_cast<double>(vertices_left) > kFar;
     int64_t held = 0;
     for (int32_t c = 0; c < s.corners(); ++c) {
@@ -312,7 +314,7 @@ bool Decimator::lines_hold_back() const {
         const double error = p.kind == Kind::corner ? at_p : q.kind == Kind::corner ? at_q : std::min(at_p, at_q);
         held += error < kCheap * cost;
     }
-    return kMany * held > vertices_left;
+    return held;
 }
 
 Status Decimator::prune(double diagonal, int64_t& pruned) {

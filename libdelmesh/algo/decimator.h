@@ -140,7 +140,7 @@ private:
     Vec3 optimum(const Quadric& q, int32_t p_vert, int32_t q_vert) const;
     void attempt(int32_t c, Tried tried, int32_t bucket);
     Status sweep();
-    bool lines_hold_back() const;
+    int64_t lines_that_hold_back() const;
     bool commit(const Star& star, const Place& place, double most, double& total);
     bool flip_until_delaunay(double budget, double& moved);
 
