@@ -60,8 +60,10 @@ AT_TEN_PERCENT = {"bunny_104288e.obj.gz": (0.030, 0.24, 0.025), "armadillo.obj.g
                   "nefertiti.obj.gz": (0.018, 0.15, 0.014)}
 ACCURATE = ["--quality=6"]
 # With features, at 2 % of the triangles or where it stopped before: the distance in % of the diagonal. Features that cannot get
-# coarser must not be paid for by everything else.
-FEATURED = {"fandisk.obj": 1, "rocker-arm.obj": 2, "joint.obj.gz": 1, "blade.off": 0.5, "mech-holes-shark.off": 3,
+# coarser must not be paid for by everything else. fandisk: between 135 and 125 vertices, with feature angles of 25 to 45 degrees
+# alike, one collapse gives a detail up that is 1.1 % in size: the distance was up to 0.75 before and stays below 1.1 down to 120.
+# 2 % are 131 vertices, so on which side of that step they are is chance.
+FEATURED = {"fandisk.obj": 1.2, "rocker-arm.obj": 2, "joint.obj.gz": 1, "blade.off": 0.5, "mech-holes-shark.off": 3,
             "tower_holes.obj.gz": 1}
 
 # No level has folds, made Delaunay as it may be.
