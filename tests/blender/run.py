@@ -3,7 +3,7 @@
 """Installs the add-on in a Blender of its own profile and runs the tests there, headless. Exit status 77: skipped.
 
     run.py --library libdelmesh.so --blender /usr/bin/blender [--source-tree]
-    run.py ... --beside     runs test_beside.py instead: the library alone, beside the host's OpenSubdiv
+    run.py ... --beside     runs beside.py instead: the library alone, beside the host's OpenSubdiv
     run.py ... --campaign 500 --certifier dm_certifier     (random operators on random objects)
     run.py --library libdelmesh.so --bpy 4.5.15 --environment FOLDER     (a virtual environment, made there and used again)
     run.py ... --certifier dm_certifier                                  (for what is read back from files)
@@ -68,7 +68,7 @@ def main():
                        "BLENDER_USER_SCRIPTS": str(profile / "scripts"), "PYTHONDONTWRITEBYTECODE": "1"}
         environment.pop("PYTHONPATH", None)
         environment.pop("DELMESH_LIBRARY", None)
-        script = HERE / ("test_beside.py" if arguments.beside else "inside.py")
+        script = HERE / ("beside.py" if arguments.beside else "inside.py")
         environment["DELMESH_CERTIFIER"] = arguments.certifier
         if arguments.campaign:
             environment |= {"DELMESH_CAMPAIGN": arguments.campaign, "DELMESH_SEED": arguments.seed}
