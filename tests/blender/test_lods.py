@@ -78,7 +78,8 @@ class Levels(Case):
         ob = self.monkey()
         size = float(np.linalg.norm(np.ptp(points(ob.data), axis=0)))
         lod(ob, by="COUNT", counts="300, 1000")  # in any order
-        self.assertEqual((faces("Suzanne_LOD1"), faces("Suzanne_LOD2")), (1000, 300))
+        self.assertIn(faces("Suzanne_LOD1"), (999, 1000))  # a collapse takes two faces away, on the boundary one
+        self.assertIn(faces("Suzanne_LOD2"), (299, 300))
         ob.scale = (2, 2, 2)
         bpy.context.view_layer.update()
         delmesh = part("native").load()

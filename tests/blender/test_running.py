@@ -78,7 +78,7 @@ class Runs(Case):
                     self.assertTrue(job.is_done())
                     self.assertTrue(job.cancelled)
                     self.assertIsNone(job.requests[0].outcome)
-                    self.assertLess(took, 0.5)  # 0.2 on a machine that is not shared
+                    self.assertLess(took, 2)  # below 0.2 where the machine is not shared
                     self.assertEqual(threading.active_count(), threads)
 
     def test_progress_rises(self):
