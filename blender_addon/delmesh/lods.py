@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The operator Delaunay LOD Family."""
+import itertools
 import re
 import time
 
@@ -218,10 +219,10 @@ def shared_borders(parts):
     places, owners, verts = np.concatenate(places), np.concatenate(owners), np.concatenate(verts)
     if not len(places):
         return {}
-    # Transforms round. What is as near as that falls into one cell of at least one of two grids.
+    # Transforms round. What is as near as that falls into one cell of at least one of these grids.
     step = 1e-5 * max(float(np.ptp(places, axis=0).max()), 1e-30)
     shared = np.zeros(len(places), bool)
-    for shift in (0, 0.5):
+    for shift in itertools.product((0, 0.5), repeat=3):
         _, cell = np.unique(np.floor(places / step + shift), axis=0, return_inverse=True)
         cell = cell.reshape(-1)
         low, high = np.full(cell.max() + 1, len(parts)), np.full(cell.max() + 1, -1)

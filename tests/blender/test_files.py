@@ -135,5 +135,11 @@ class Files(Case):
             for ob in self.results():
                 path = os.path.join(folder, "saved.glb")
                 select(ob)
-                bpy.ops.export_scene.gltf(filepath=path, export_format="GLB", use_selection=True)
-                self.check(*weld(*read_glb(path)), ob.data.polygons)
+                for attempt in range(3):
+                    bpy.ops.export_scene.gltf(filepath=path, export_format="GLB", use_selection=True)
+                    place, faces = read_glb(path)
+                    if faces.max() < len(place):
+                        break
+                    # Seen once in a dozen runs of Blender 3.4: the same mesh, exported again, is whole.
+                    self.assertLess(bpy.app.version, (3, 5), "the exporter wrote indices of vertices that are not there")
+                self.check(*weld(place, faces), ob.data.polygons)

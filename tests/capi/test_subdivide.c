@@ -58,7 +58,7 @@ static Polygons square(void) {
 /* Two n-gons joined by quads. */
 static Polygons prism(int32_t n) {
     Polygons p = {0};
-    int32_t low[16], high[16];
+    int32_t low[16] = {0}, high[16] = {0};
     for (int32_t i = 0; i < n; ++i) {
         const double angle = 6.283185307179586 * i / n;
         low[n - 1 - i] = add_point(&p, cos(angle), sin(angle), -0.5);
