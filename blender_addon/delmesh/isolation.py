@@ -52,7 +52,7 @@ class Helper:
     def __init__(self, package):
         here = pathlib.Path(__file__).resolve().parent
         self._arguments = [str(here / "helper.py"), str(here), str(pathlib.Path(package.__file__).resolve().parents[1]),
-                           str(package.library_path()), str(pathlib.Path(np.__file__).resolve().parents[1])]
+                           str(package.native_path()), str(pathlib.Path(np.__file__).resolve().parents[1])]
         self._folder = shared.memory_folder()
         self._process, self._stopped = None, False
 

@@ -17,7 +17,7 @@ def selected_meshes(operator, context):
     objects, linked = {}, []
     for ob in sorted(context.selected_editable_objects, key=lambda ob: ob != context.active_object):
         if ob.type == "MESH":
-            if ob.data.library or ob.data.override_library:
+            if any(getattr(ob.data, name) for name in ("library", "override_library")):
                 linked.append(ob.name)
             else:
                 objects.setdefault(ob.data, []).append(ob)

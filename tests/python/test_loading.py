@@ -111,7 +111,7 @@ class Loading(unittest.TestCase):
                              "with token._lock, _library._lock: signal.raise_signal(signal.SIGUSR1)"), "True True")
 
     def test_the_path_tells_which_file_is_in_use(self):
-        self.assertEqual(run("import delmesh; print(delmesh.library_path())"), LIBRARY)
+        self.assertEqual(run("import delmesh; print(delmesh.native_path())"), LIBRARY)
 
     def test_a_missing_file_is_a_sentence(self):
         said = run(WHICH, DELMESH_LIBRARY="/nonexistent/libdelmesh.so")

@@ -21,7 +21,7 @@ from ._capi import DELMESH_EDGE_SEAM as EDGE_SEAM
 from ._capi import DELMESH_EDGE_SHARP as EDGE_SHARP
 from ._capi import DELMESH_EDGE_SOURCE as EDGE_SOURCE
 from ._capi import DELMESH_EDGE_UV as EDGE_UV
-from ._library import library_path, load_library, unload_library
+from ._library import load_library, native_path, unload_library
 from ._reports import ReevaluateReport, SubdivideReport
 from .cage import Cage, subdivide
 from .core import (CancelToken, CertifyReport, Context, DecimateOptions, DecimateReport, DistanceOptions, DistanceReport, Family,

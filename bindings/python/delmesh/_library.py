@@ -82,7 +82,7 @@ def loaded_library():
         return _default
 
 
-def library_path():
+def native_path():
     """The file of the library in use, which is loaded if there is none yet; a bare name where the system found it."""
     return os.fspath(loaded_library().path)
 
