@@ -56,6 +56,10 @@ class Cages(unittest.TestCase):
         self.assertEqual(dense.layers["uv"].shape, (len(dense.faces), 3, 2))
         self.assertEqual(set(dense.layers), {"uv", "material", "heat", "wear"})
         self.assertTrue(np.array_equal(dense.layers["material"], dense.mesh.face_source // 2))
+        triangles = FACES[:, [0, 1, 2, 0, 2, 3]].reshape(-1)  # of corners alone: whose sizes nothing says
+        loop = delmesh.Cage(CUBE, corner_verts=triangles, scheme="loop", layers={"number": np.arange(12)})
+        level = loop.subdivide(2)
+        self.assertTrue(np.array_equal(level.layers["number"], level.mesh.face_source))
         self.assertLess(np.abs(dense.layers["heat"] - dense.vertices[:, 2]).max(), 1e-6)
         self.assertEqual(np.count_nonzero(dense.mesh.edge_flags & delmesh.EDGE_UV), 12 * 12)
         family = delmesh.lod_family(dense, ratios=[0.5, 0.05])

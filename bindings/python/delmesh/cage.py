@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import ctypes as C
-import re
 import weakref
 from typing import Any, Literal, Mapping
 
 import numpy as np
 
-from . import _arrays, _capi, _choices, layers as _layers
+from . import _arrays, _capi, _choices, _polygons, layers as _layers
 from ._reports import ReevaluateReport, SubdivideReport
 from .core import CancelToken, Context, Mesh, Progress, Result, _destroy, _initialised, _run
-from .errors import DelmeshError, InvalidArgument
+from .errors import InvalidArgument
 from .layers import Layers
 
 Scheme = Literal["catmull_clark", "loop", "bilinear"]
@@ -45,31 +44,13 @@ class Cage:
                  creasing="uniform", smooth_triangles=False, layers: Layers | None = None, edges=None, edge_marks=None,
                  context: Context | None = None, progress: Progress = None, cancel: CancelToken | None = None):
         context = context or Context()
-        if (faces is None) == (corner_verts is None):
-            raise InvalidArgument("Exactly one of 'faces' and 'corner_verts' must be given.")
         desc = _initialised(context._library, _capi.delmesh_cage_desc)
         for name, word in (("scheme", scheme), ("boundary", boundary), ("face_varying", face_varying), ("creasing", creasing)):
             setattr(desc, name, _choices.number(f"The option '{name}'", word, _CHOICES[name]))
         desc.smooth_triangles = bool(smooth_triangles)
-        keep = []  # the arrays that the views point into
-
-        def give(name, values, components, **kinds):
-            if values is not None:
-                view, array = _arrays.view(values, name, components, **kinds)
-                setattr(desc, name, view)
-                keep.append(array)
-
-        shape = None
-        if faces is not None:
-            faces = np.asarray(faces)
-            if faces.ndim != 2 or faces.shape[1] < 3:
-                raise InvalidArgument(f"The argument 'faces' had the shape {faces.shape} and not (m, 3) or more corners.")
-            shape, corner_verts = faces.shape, np.ascontiguousarray(faces).reshape(-1)
-            face_sizes = np.full(len(faces), faces.shape[1], np.int32)
+        give = _polygons.Given(desc)
         give("positions", positions, 3, floating=True)
-        give("corner_verts", corner_verts, 1)
-        give("face_offsets", face_offsets, 1)
-        give("face_sizes", face_sizes, 1, bytes_too=True)
+        shape, _, self._counts = give.faces(faces, corner_verts, face_offsets, face_sizes)
         if creases is not None:
             give("crease_edges", creases[0], 2)
             give("crease_sharpness", creases[1], 1, floating=True)
@@ -77,14 +58,8 @@ class Cage:
             give("sharp_verts", corners[0], 1)
             give("vert_sharpness", corners[1], 1, floating=True)
         give("holes", holes, 1)
-        give("edge_verts", edges, 2)
-        if edge_marks is not None:
-            edge_marks = np.asarray(edge_marks)
-            if edge_marks.dtype.kind == "b":
-                edge_marks = edge_marks * np.int32(_capi.DELMESH_EDGE_MARKED)
-            give("edge_marks", edge_marks, 1, bytes_too=True)
-        self._counts = {"vertex": desc.positions.count, "corner": desc.corner_verts.count,
-                        "face": desc.face_sizes.count or max(desc.face_offsets.count - 1, 0)}
+        give.edges(edges, edge_marks)
+        _polygons.check_names(layers)
         self._layers = {name: _layers.resolve(name, layer, self._counts, shape, True) for name, layer in (layers or {}).items()}
         # All at corners are face-varying, whatever their kind; those of vertices are evaluated as positions are.
         told = {name: r if r.kind or r.domain == "face" else r._replace(kind="other") for name, r in self._layers.items()
@@ -92,16 +67,13 @@ class Cage:
         for name, r in told.items():
             if r.domain == "corner" and r.kind == "other" and self._layers[name].kind is None:
                 told[name] = r._replace(layer=_layers.Layer(r.array, border="free"))
-        structs, named = _layers.structs(told, None, keep)
+        structs, named = _layers.structs(told, None, give.arrays)
         desc.layers, desc.layer_count = structs, len(structs)
         self._numbers = {name: i for i, name in enumerate(named)}
         handle = C.c_void_p()
-        try:
+        with _polygons.layers_by_name(named):
             context._call(context._library.cage_create, desc, handle, progress=progress, cancel=cancel, destroy="cage_destroy",
                           out=handle)
-        except DelmeshError as error:  # of layers the library knows the number
-            error.args = (re.sub(r"\blayers\[(\d+)\]", lambda found: f"layers[{named[int(found[1])]}]", str(error)),)
-            raise
         self._library, self._handle, self._threads = context._library, handle, context._threads
         weakref.finalize(self, _destroy, context._library, "cage_destroy", handle).atexit = False
 

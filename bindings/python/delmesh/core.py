@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes as C
-import re
 import signal
 import threading
 import typing
@@ -22,7 +21,7 @@ from typing import Any, Callable, Literal, Mapping, NamedTuple, Sequence, TypedD
 
 import numpy as np
 
-from . import _arrays, _capi, _choices, _reports, layers as _layers
+from . import _arrays, _capi, _choices, _polygons, _reports, layers as _layers
 from ._choices import names as _names
 from ._library import loaded_library
 from ._reports import (CertifyReport, DecimateReport, DistanceReport, LevelReport, MeshInfo, PreserveEstimate, QualityReport,
@@ -279,60 +278,22 @@ class Mesh:
 
     def _create(self, context, progress, cancel, positions, faces, corner_verts, face_offsets, face_sizes, marked_edges, layers,
                 edges, edge_marks, weld, strict, copy):
-        if (faces is None) == (corner_verts is None):
-            raise InvalidArgument("Exactly one of 'faces' and 'corner_verts' must be given.")
         desc = _initialised(context._library, _capi.delmesh_mesh_desc)
         _set_options(desc, {"weld": weld if isinstance(weld, str) else bool(weld), "strict": bool(strict)})
-        keep = []  # the arrays that the views point into
-
-        def give(name, values, components, **kinds):
-            if values is not None:
-                view, array = _arrays.view(values, name, components, **kinds)
-                setattr(desc, name, view)
-                keep.append(array)
-
-        if faces is not None:
-            faces = np.asarray(faces)
-            if faces.size == 0:
-                faces = np.empty((0, 3), np.int32)
-            if faces.ndim != 2 or faces.shape[1] < 3:
-                raise InvalidArgument(f"The argument 'faces' had the shape {faces.shape} and not (m, 3) or more corners.")
-            if faces.shape[1] > 3:
-                corner_verts, face_sizes = np.ascontiguousarray(faces).reshape(-1), np.full(len(faces), faces.shape[1], np.int32)
+        give = _polygons.Given(desc)
         give("positions", positions, 3, floating=True)
-        if corner_verts is None:
-            view, array = _arrays.view(faces, "faces", 3)
-            desc.corner_verts = view
-            keep.append(array)
-        give("corner_verts", corner_verts, 1)
-        give("face_offsets", face_offsets, 1)
-        give("face_sizes", face_sizes, 1, bytes_too=True)
+        shape, corners, counts = give.faces(faces, corner_verts, face_offsets, face_sizes)
         give("marked_edges", marked_edges, 2)
-        give("edge_verts", edges, 2)
-        if edge_marks is not None:
-            edge_marks = np.asarray(edge_marks)
-            if edge_marks.dtype.kind == "b":
-                edge_marks = edge_marks * np.int32(_capi.DELMESH_EDGE_MARKED)
-            give("edge_marks", edge_marks, 1, bytes_too=True)
-        resolved, named = {}, []
-        if layers:
-            if not isinstance(layers, Mapping) or not all(isinstance(name, str) for name in layers):
-                raise TypeError("expected 'layers' as {name: array}")
-            corners = np.asarray(faces if corner_verts is None else corner_verts).reshape(-1)
-            counts = {"vertex": desc.positions.count, "corner": len(corners),
-                      "face": desc.face_sizes.count or max(desc.face_offsets.count - 1, 0) or len(corners) // 3}
-            if edges is not None:
-                counts["edge"] = desc.edge_verts.count
-            shape = faces.shape if faces is not None else None
-            resolved = {name: _layers.resolve(name, layer, counts, shape, copy) for name, layer in layers.items()}
-            structs, named = _layers.structs(resolved, corners, keep)
-            desc.layers, desc.layer_count = structs, len(structs)
+        give.edges(edges, edge_marks)
+        _polygons.check_names(layers)
+        if edges is not None:
+            counts["edge"] = desc.edge_verts.count
+        resolved = {name: _layers.resolve(name, layer, counts, shape, copy) for name, layer in (layers or {}).items()}
+        structs, named = _layers.structs(resolved, corners, give.arrays)
+        desc.layers, desc.layer_count = structs, len(structs)
         out = C.c_void_p()
-        try:
+        with _polygons.layers_by_name(named):
             context._call(context._library.mesh_create, desc, out, progress=progress, cancel=cancel, out=out)
-        except DelmeshError as error:  # of layers the library knows the number
-            error.args = (re.sub(r"\blayers\[(\d+)\]", lambda found: f"layers[{named[int(found[1])]}]", str(error)),)
-            raise
         self._adopt(context, out)
         self._sources, self._numbers = resolved, {name: i for i, name in enumerate(named)}
 
