@@ -19,7 +19,8 @@ public:
         int32_t count;
     };
     // Appends the triangles of the polygon's verts to mesh.corner_vert, and of its corners, which are any numbers, to
-    // mesh.corner_map; count >= 3, neighbouring verts differ (cyclically), all positions are finite. Triangles with a vertex twice, which polygons that touch themselves can give, are not appended.
+    // mesh.corner_map; count >= 3, neighbouring verts differ (cyclically), all positions are finite. Triangles with a vertex twice,
+    // which polygons that touch themselves can give, are not appended.
     // Time: O(count) for fans; ear clipping is quadratic at worst, and past kTestsPerCorner x count tests takes the rest as it
     // comes. fraction: of the stage, for cancelling inside huge polygons.
     Status triangulate(Context& context, double fraction, const Polygon& polygon, Mesh& mesh);

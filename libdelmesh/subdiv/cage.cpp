@@ -112,7 +112,7 @@ private:
                 if (offset(0) != 0)
                     return context_.fail(DELMESH_ERROR_INVALID_ARGUMENT, "face_offsets: the first was %lld instead of 0.",
                                          LL{offset(0)});
-                return read([&](int64_t f) { return offset(f + 1) - offset(f); });
+                return read([&](int64_t f) { return offset(f + 1) < 0 ? -1 : offset(f + 1) - offset(f); }); // nothing overflows
             }));
         else if (by_size)
             DM_TRY(with_numbers(in_.face_sizes, read));

@@ -812,8 +812,13 @@ static void bad_cages(void** state) {
     q = cube();
     q.points[3][1] = NAN;
     refused(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "positions: vertex 3 had a NaN or infinite coordinate.");
+    q = cube();
+    const int64_t offsets[] = {0, 4, INT64_MIN, 12, 16, 20, 24}; /* less than 4 by more than there are numbers */
+    desc.face_sizes = (delmesh_view){NULL, 0, 0, 0, 0};
+    desc.face_offsets = (delmesh_view){offsets, 7, 0, DELMESH_INT64, 1};
+    refused(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "face_offsets: face 1 had -1 corners, and faces of a cage have 3 to 65535.");
+    desc = desc_of(&q);
     q.sizes[5] = 5;
-    q.points[3][1] = 0;
     refused(&desc, DELMESH_ERROR_INDEX_OUT_OF_RANGE, "face_sizes: face 5 went past the last of 24 corners.");
 }
 

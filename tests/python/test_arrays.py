@@ -182,6 +182,10 @@ class Output(unittest.TestCase):
                     np.zeros((4, 2), np.int32), np.zeros((4, 3), np.float32), FACES.tolist()):
             with self.assertRaises(delmesh.InvalidArgument):
                 mesh.read("faces", out)
+        with self.assertRaisesRegex(delmesh.InvalidArgument, "'out' had 5 elements and 'faces' has 4"):
+            mesh.read("faces", np.zeros((5, 3), np.int32))
+        with self.assertRaisesRegex(delmesh.InvalidArgument, "'name' was 'colour', which is not one of positions, faces"):
+            mesh.read("colour", np.zeros(4))
         with self.assertRaises(delmesh.TooLarge):  # -1 in an unsigned array
             delmesh.Mesh(POINTS[:3], [[0, 1, 2]]).read("corner_twins", np.zeros((1, 3), np.uint32))
 

@@ -342,6 +342,8 @@ class Kinds(unittest.TestCase):
         self.assertEqual(mapped.corner_map[0].shape, (len(mapped.faces), 3, 3))
         out = np.empty((mapped.mesh.info.corners, 3), np.int64)
         np.testing.assert_array_equal(mapped.mesh.read("corner_map_corners", out).reshape(-1, 3, 3), mapped.corner_map[0])
+        with self.assertRaisesRegex(delmesh.InvalidArgument, "'out' had 1 elements and 'corner_map_corners' has"):
+            mapped.mesh.read("corner_map_corners", out[:1])
         vertices_only = delmesh.remesh(self.points, self.quads, layers={"p": self.points}, map=False)
         np.testing.assert_array_equal(vertices_only.layers["p"][:len(self.points)], self.points)
         with self.assertRaisesRegex(delmesh.InvalidArgument, "The option 'map' was off, and the layer 'uv' of corners needs it"):
@@ -495,6 +497,7 @@ class Sparse(unittest.TestCase):
                 ({"limit": 0}, delmesh.InvalidArgument, "'limit' was 0, outside 1 to 65535"),
                 ({"limit": 2**32 + 4}, delmesh.InvalidArgument, "'limit' was 4294967300, outside 1 to 65535"),
                 ({"normalise": "all"}, delmesh.InvalidArgument, "'normalise' was 'all', which is not one of True, False, sum"),
+                ({"normalise": [1]}, delmesh.InvalidArgument, r"'normalise' was \[1\], which is not one of"),
                 ({"offsets": self.offsets[1:]}, delmesh.InvalidArgument, "'source.offsets' had 441 elements"),
                 ({"values": self.values[1:]}, delmesh.InvalidArgument, "'source.indices' had"),
                 ({"values": self.values.astype(str)}, delmesh.InvalidArgument, "'values' had the type"),

@@ -363,11 +363,16 @@ class Mesh:
     def read(self, name, out):
         """Writes one of the arrays, named like the properties, into `out`: any strides along the first axis, any type of the same
         kind that holds the values."""
+        if name not in self._ARRAYS:
+            raise InvalidArgument(f"The argument 'name' was {name!r}, which is not one of {', '.join(self._ARRAYS)}.")
         what, columns = self._ARRAYS[name]
         view = _arrays.view_mut(out, "out")
         if view.components != columns:
             raise InvalidArgument(f"The argument 'out' had {view.components} columns and '{name}' has {columns}.")
-        self._check(self._handle.native.mesh_read(self._handle.pointer, what, view), name)
+        status = self._handle.native.mesh_read(self._handle.pointer, what, view)
+        if status and len(out) != len(self._borrow(name)):
+            raise InvalidArgument(f"The argument 'out' had {len(out)} elements and '{name}' has {len(self._borrow(name))}.")
+        self._check(status, name)
         return out
 
     @property

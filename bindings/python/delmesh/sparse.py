@@ -36,7 +36,7 @@ def transfer_rows(mesh, offsets, indices, values, *, limit: int = 4, normalise: 
     """
     if not 1 <= limit <= 65535:  # here, as ctypes drops the bits that do not fit
         raise InvalidArgument(f"The argument 'limit' was {limit}, outside 1 to 65535.")
-    if normalise not in _NORMALISE:
+    if not isinstance(normalise, (bool, str)) or normalise not in _NORMALISE:
         raise InvalidArgument(f"The argument 'normalise' was {normalise!r}, which is not one of True, False, sum.")
     context, mesh = _prepare(context, cancel, mesh)
     source, target, keep = _capi.delmesh_rows(), _capi.delmesh_rows_mut(), []
