@@ -565,7 +565,7 @@ DELMESH_API void delmesh_decimate_report_init(delmesh_decimate_report* report, u
  * Levels leave out vertices that no face uses; DELMESH_VERT_SOURCE is the source vertex that a vertex is, bit for bit, or -1;
  * DELMESH_VERT_MAP_* where on the source it lies (a close point, found from the faces around the source vertices that went into
  * it); DELMESH_FACE_SOURCE a source polygon close to the face; DELMESH_VERT_PARENT the vertex of the next coarser level it went
- * into.
+ * into. A first level of DELMESH_TARGET_FULL is what delmesh_remesh makes with `compact`, with all that it says of the source.
  * options, report: may be NULL; levels: NULL, or `count` of them, each with struct_size set.
  * After an error or a cancel all of out[] is NULL. Errors: INVALID_ARGUMENT (also a target of a finer kind than its predecessor's
  * where both count the same), and those of delmesh_remesh.

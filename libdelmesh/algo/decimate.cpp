@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "algo/certify.h"
 #include "algo/decimator.h"
@@ -76,7 +77,10 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     delmesh_remesh_options prepare = how_to_prepare(options);
     const bool has_weights = Wedges::are_needed(in);
     if (has_weights) prepare.map = 1;
-    Mesh full(context.memory());
+    // The Delaunay mesh, which is the first level where that is to be all of it. It gets its last names when all levels are made.
+    const bool is_level = targets[0].kind == DELMESH_TARGET_FULL;
+    Mesh apart(context.memory());
+    Mesh& full = is_level ? *out[0] : apart;
     {
         const Context::Part part(context, 0, 0.2);
         delmesh_remesh_report done{};
@@ -105,7 +109,7 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     SpatialOrder order(context.memory());
     Mesh sorted(context.memory());
     DM_TRY(sort_in_space(context, full, order, sorted));
-    if (options.map == 0) { // what it has of the source is all that is still needed of the Delaunay mesh
+    if (options.map == 0 && !is_level) { // what it has of the source is all that is still needed of it
         for (Array<int32_t>* each : {&full.corner_vert, &full.corner_twin}) each->free_storage();
         full.corner_bits.free_storage();
         full.pos32.free_storage();
@@ -132,12 +136,37 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
     LevelMaker maker(context, in, full, order, surface, decimator);
     report.seconds_decimate += watch.lap();
 
+    const auto certify = [&](int32_t i) -> Status {
+        Certificate certificate;
+        DM_TRY(certify_unfrozen(context, *out[i], rules.boundary_rule, certificate, levels[i].nld_outside));
+        levels[i].certified = certificate.delaunay(rules.boundary_rule) ? 1 : 0;
+        levels[i].vertices = out[i]->vertices();
+        levels[i].faces = out[i]->faces();
+        if (levels[i].certified != 0) return DELMESH_OK;
+        return context.fail(DELMESH_ERROR_INTERNAL, "Level %d was not Delaunay: %lld NLD edges, %lld faces without area.", i,
+                            static_cast<long long>(certificate.nld_interior + certificate.nld_boundary),
+                            static_cast<long long>(certificate.zero_area_faces));
+    };
+    const auto thaw = [&](Mesh& mesh) {
+        if (input.face_mask == nullptr) return;
+        for (EdgeBits& bits : mesh.corner_bits) bits &= static_cast<EdgeBits>(~kEdgeFrozen);
+    };
+    std::optional<LevelMap> corner_maps;
     Array<uint8_t> stays(context.memory());
     bool pruned = false;
     for (int32_t i = 0; i < count; ++i) {
         const double from = 0.3 + 0.7 * i / count, to = 0.3 + 0.7 * (i + 1) / count;
         delmesh_level_report& level = levels[i];
         level.bound = -1;
+        if (i == 0 && is_level) {
+            DM_TRY(context.stage("export", from, to));
+            maker.take_full();
+            DM_TRY(certify(i));
+            level.stopped_by = DELMESH_STOPPED_BY_TARGET;
+            level.seconds = watch.lap();
+            report.seconds_export += level.seconds;
+            continue;
+        }
         const double begin = from + 0.2 * (to - from), middle = from + 0.7 * (to - from);
         const bool bounded = targets[i].kind == DELMESH_TARGET_DEVIATION;
         bool within = true;
@@ -195,26 +224,25 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         if (options.map != 0) {
             LevelTraces traces(context.memory());
             maker.trace(mesh, traces);
-            LevelMap corner_maps(context, in, full, surface.kept_bits); // made anew each time: relaxation needs the memory
-            DM_TRY(corner_maps.begin());
-            DM_TRY(corner_maps.map(traces, mesh));
+            if (!corner_maps) {
+                corner_maps.emplace(context, in, full, surface.kept_bits);
+                DM_TRY(corner_maps->begin());
+            }
+            DM_TRY(corner_maps->map(traces, mesh));
+            if (options.quality > 0) corner_maps.reset(); // the memory is for relaxation
             DM_TRY(name_places(context, in, mesh));
         }
-        Certificate certificate;
-        DM_TRY(certify_unfrozen(context, mesh, rules.boundary_rule, certificate, level.nld_outside));
-        level.certified = certificate.delaunay(rules.boundary_rule) ? 1 : 0;
-        if (level.certified == 0)
-            return context.fail(DELMESH_ERROR_INTERNAL, "Level %d was not Delaunay: %lld NLD edges, %lld faces without area.", i,
-                                static_cast<long long>(certificate.nld_interior + certificate.nld_boundary),
-                                static_cast<long long>(certificate.zero_area_faces));
-        if (input.face_mask != nullptr)
-            for (EdgeBits& bits : mesh.corner_bits) bits &= static_cast<EdgeBits>(~kEdgeFrozen);
+        DM_TRY(certify(i));
+        thaw(mesh);
         if (bounded && !within) DM_TRY(bound_distance(context, in, mesh, level.bound));
-        level.vertices = mesh.vertices();
-        level.faces = mesh.faces();
         exporting += watch.lap();
         report.seconds_export += exporting;
         level.seconds = collapsing + relaxing + exporting;
+    }
+    if (is_level) {
+        thaw(full);
+        if (options.map == 0) full.drop_map();
+        DM_TRY(name_places(context, in, full));
     }
     report.collapses = decimator.counts.collapses;
     report.flips = decimator.counts.flips;

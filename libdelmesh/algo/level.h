@@ -14,6 +14,8 @@ public:
     // in: the source; full: the Delaunay mesh made of it, of which `surface` is a copy in another order that `decimator` works on.
     LevelMaker(Context& context, const Mesh& in, const Mesh& full, const SpatialOrder& order, const Surface& surface,
                const Decimator& decimator);
+    // `full` itself is the first level.
+    void take_full() { verts.copy_from(order.new_vert); }
     // Everything but where its vertices lie on the source. before: the level before, whose parents are filled in; null if there is
     // none.
     Status make(Mesh& out, Mesh* before);

@@ -27,16 +27,14 @@ struct Starts {
 
 LevelMap::LevelMap(Context& context, const Mesh& in, const Mesh& full, EdgeBits kept)
     : context_(context), in_(in), full_(full), kept_(kept), sheets_(context.memory(), in, kept & kEdgeGiven),
-      first_(context.memory()), edge_of_(context.memory()), chart_(context.memory()) {}
+      first_(context.memory()), edges_(context.memory()), chart_(context.memory()) {}
 
 Status LevelMap::begin() {
     DM_TRY(sheets_.begin(context_));
     DM_TRY(find_first_corners(context_, full_, first_));
-    edge_of_.resize_uninitialized(full_.corners());
-    int32_t edges = 0;
+    DM_TRY(edges_.begin(context_, full_));
     for (int32_t c = 0; c < full_.corners(); ++c) {
         if ((c & 0xfffff) == 0) DM_TRY(context_.progress(0));
-        edge_of_[c] = is_first_of_edge(full_, c) ? edges++ : edge_of_[full_.corner_twin[c]];
         int32_t& first = first_[full_.corner_vert[c]];
         if (is_line(c) && !is_line(first)) first = c;
     }
@@ -86,7 +84,9 @@ private:
     bool is_line(int32_t c) const { return dm::is_border(level_, c, map_.kept_); }
     int32_t chart(int32_t c) const { return map_.chart_[traces_.face[face_of(c)]]; } // of the level's corner
     int32_t chart_of_full(int32_t c) const { return map_.chart_[face_of(c)]; }
-    int32_t source_edge(int32_t c) const { return source_of(full_.edge_source, map_.edge_of_[c]); }
+    int32_t source_edge(int32_t c) const {
+        return source_of(full_.edge_source, map_.edges_.of(is_first_of_edge(full_, c) ? c : full_.corner_twin[c]));
+    }
 
     int64_t sectors(int32_t v) const {
         int64_t borders = 0;

@@ -33,9 +33,9 @@ private:
     const Mesh &in_, &full_;
     const EdgeBits kept_;
     Sheets sheets_;
-    Array<int32_t> first_;   // per vertex of full, a corner; that of a boundary edge, else of a line where there is one
-    Array<int32_t> edge_of_; // per corner of full
-    Array<int32_t> chart_;   // per face of full: equal where no border is between
+    Array<int32_t> first_; // per vertex of full, a corner; that of a boundary edge, else of a line where there is one
+    EdgeNumbers edges_;    // of full
+    Array<int32_t> chart_; // per face of full: equal where no border is between
 };
 
 } // namespace dm

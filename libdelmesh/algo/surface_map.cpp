@@ -122,54 +122,26 @@ void Sheets::descend(const Vec3& x, int32_t face, Place& place) const {
 
 // ---- The map ----------------------------------------------------------------------------------------------------------------
 
+Status EdgeNumbers::begin(Context& context, const Mesh& mesh) {
+    const int64_t faces = mesh.faces(), groups = block_count(faces, kGroup);
+    before_.assign(groups + 1, 0);
+    of_face_.resize_uninitialized(faces);
+    DM_TRY(context.parallel(faces, kGroup, [&](int64_t group, int64_t begin, int64_t end) {
+        const int32_t* const twin = mesh.corner_twin.data();
+        uint16_t* const of_face = of_face_.data();
+        int32_t edges = 0;
+        for (int32_t f = static_cast<int32_t>(begin), c = 3 * f; f < end; ++f, c += 3) {
+            const int32_t a = is_first(twin, c), b = is_first(twin, c + 1), d = is_first(twin, c + 2);
+            of_face[f] = static_cast<uint16_t>(edges << 3 | d << 2 | b << 1 | a);
+            edges += a + b + d;
+        }
+        before_[group + 1] = edges;
+    }));
+    for (int64_t group = 0; group < groups; ++group) before_[group + 1] += before_[group];
+    return DELMESH_OK;
+}
+
 namespace {
-
-// The numbers of a mesh's edges, by their first corners: two bytes per face are read where the faces come in any order.
-class EdgeNumbers {
-public:
-    explicit EdgeNumbers(Memory& memory) : before_(memory), of_face_(memory) {}
-
-    Status begin(Context& context, const Mesh& mesh) {
-        const int64_t faces = mesh.faces(), groups = block_count(faces, kGroup);
-        before_.assign(groups + 1, 0);
-        of_face_.resize_uninitialized(faces);
-        DM_TRY(context.parallel(faces, kGroup, [&](int64_t group, int64_t begin, int64_t end) {
-            const int32_t* const twin = mesh.corner_twin.data();
-            uint16_t* const of_face = of_face_.data();
-            int32_t edges = 0;
-            for (int32_t f = static_cast<int32_t>(begin), c = 3 * f; f < end; ++f, c += 3) {
-                const int32_t a = is_first(twin, c), b = is_first(twin, c + 1), d = is_first(twin, c + 2);
-                of_face[f] = static_cast<uint16_t>(edges << 3 | d << 2 | b << 1 | a);
-                edges += a + b + d;
-            }
-            before_[group + 1] = edges;
-        }));
-        for (int64_t group = 0; group < groups; ++group) before_[group + 1] += before_[group];
-        return DELMESH_OK;
-    }
-
-    static bool is_first(const int32_t* twin, int32_t c) { return static_cast<uint32_t>(c) < static_cast<uint32_t>(twin[c]); }
-
-    // Of a face's edges: bit k tells whether the k-th corner is its edge's first, and then number[k] is the edge's number.
-    int32_t of(int32_t face, int32_t (&number)[3]) const {
-        const int32_t x = of_face_.data()[face];
-        number[0] = before_.data()[face / kGroup] + (x >> 3);
-        number[1] = number[0] + (x & 1);
-        number[2] = number[1] + (x >> 1 & 1);
-        return x & 7;
-    }
-    int32_t of(int32_t first_corner) const {
-        int32_t number[3];
-        of(face_of(first_corner), number);
-        return number[first_corner % 3];
-    }
-
-private:
-    static constexpr int32_t kGroup = 1 << 11; // 3 kGroup << 3 fits
-
-    Array<int32_t> before_;   // per group: edges
-    Array<uint16_t> of_face_; // edges in its group before the face, and a bit for each of its corners
-};
 
 class Mapping {
 public:

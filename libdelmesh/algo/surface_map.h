@@ -21,6 +21,36 @@ inline bool is_border(const Mesh& mesh, int32_t c, EdgeBits kept) {
 // Per face, the number of its chart: equal where there is a way without borders.
 Status find_charts(Context& context, const Mesh& mesh, EdgeBits kept, Array<int32_t>& chart);
 
+// The numbers of a mesh's edges, by their first corners: two bytes per face are read where the faces come in any order.
+class EdgeNumbers {
+public:
+    explicit EdgeNumbers(Memory& memory) : before_(memory), of_face_(memory) {}
+
+    Status begin(Context& context, const Mesh& mesh);
+
+    static bool is_first(const int32_t* twin, int32_t c) { return static_cast<uint32_t>(c) < static_cast<uint32_t>(twin[c]); }
+
+    // Of a face's edges: bit k tells whether the k-th corner is its edge's first, and then number[k] is the edge's number.
+    int32_t of(int32_t face, int32_t (&number)[3]) const {
+        const int32_t x = of_face_.data()[face];
+        number[0] = before_.data()[face / kGroup] + (x >> 3);
+        number[1] = number[0] + (x & 1);
+        number[2] = number[1] + (x >> 1 & 1);
+        return x & 7;
+    }
+    int32_t of(int32_t first_corner) const {
+        int32_t number[3];
+        of(face_of(first_corner), number);
+        return number[first_corner % 3];
+    }
+
+private:
+    static constexpr int32_t kGroup = 1 << 11; // 3 kGroup << 3 fits
+
+    Array<int32_t> before_;   // per group: edges
+    Array<uint16_t> of_face_; // edges in its group before the face, and a bit for each of its corners
+};
+
 // The source's surface, cut along its kept edges.
 class Sheets {
 public:

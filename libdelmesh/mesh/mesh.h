@@ -138,6 +138,12 @@ struct Mesh {
     MeshCounts counts;
 
     void copy_from(const Mesh& o); // mesh/copy.cpp
+    void drop_map() {
+        has_map = false;
+        corner_map.free_storage();
+        corner_places.free_storage();
+        edge_source.free_storage();
+    }
 
     int32_t vertices() const { return vertex_count; }
     int32_t corners() const { return static_cast<int32_t>(corner_vert.size()); }

@@ -537,37 +537,47 @@ static void the_full_level_is_the_remesh(void** state) {
     Shape shape = sheet_shape(14);
     delmesh_mesh* in = shape_mesh(context, &shape);
     free_shape(&shape);
-    const delmesh_target full = target(DELMESH_TARGET_FULL, 0);
-    for (int32_t mode = DELMESH_MODE_PRESERVE; mode <= DELMESH_MODE_FEATURE; ++mode) {
+    const delmesh_target targets[] = {target(DELMESH_TARGET_FULL, 0), target(DELMESH_TARGET_RATIO, 0.3)};
+    for (int32_t round = 0; round < 6; ++round) {
+        const int32_t mode = DELMESH_MODE_PRESERVE + round % 3;
         delmesh_decimate_options options = defaults();
         options.prepare = mode;
         options.feature_angle = 40;
+        options.map = round / 3;
         delmesh_remesh_options same;
         delmesh_remesh_options_init(&same, sizeof same);
         same.mode = mode;
         same.feature_angle = 40;
         same.compact = 1;
-        delmesh_mesh *level = NULL, *remeshed = NULL;
+        same.map = options.map;
+        delmesh_mesh *level = NULL, *remeshed = NULL, *family[2] = {NULL, NULL};
         delmesh_decimate_report report;
         delmesh_decimate_report_init(&report, sizeof report);
-        assert_status(delmesh_decimate(context, in, &full, &options, &level, NULL, &report), context, DELMESH_OK);
+        assert_status(delmesh_decimate(context, in, targets, &options, &level, NULL, &report), context, DELMESH_OK);
         assert_status(delmesh_remesh(context, in, &same, &remeshed, NULL), context, DELMESH_OK);
-        const delmesh_mesh_info a = info_of(level), b = info_of(remeshed);
-        assert_int_equal(a.vertices, b.vertices);
-        assert_int_equal(a.faces, b.faces);
         assert_int_equal(report.collapses, 0);
-        double *p = doubles(level, DELMESH_POSITION), *q = doubles(remeshed, DELMESH_POSITION);
-        assert_memory_equal(p, q, (size_t)a.vertices * 3 * sizeof *p);
+        Snapshot a = take_snapshot(level), b = take_snapshot(remeshed);
+        assert_same_snapshot(a, b);
+        free(a.bytes), free(b.bytes);
+        /* And so it is where there are levels after it, but for what its vertices went into. */
+        assert_status(delmesh_lod_family(context, in, targets, 2, &options, family, NULL, NULL), context, DELMESH_OK);
+        assert_parents(family, 2);
+        const int64_t verts = info_of(level).vertices, edges = info_of(level).edges;
+        double *p = doubles(level, DELMESH_VERT_MAP_WEIGHT), *q = doubles(family[0], DELMESH_VERT_MAP_WEIGHT);
+        assert_memory_equal(p, q, (size_t)verts * 3 * sizeof *p);
         free(p), free(q);
-        static const int32_t arrays[] = {DELMESH_CORNER_VERT, DELMESH_VERT_SOURCE, DELMESH_FACE_SOURCE, DELMESH_VERT_PARENT};
-        for (int i = 0; i < 4; ++i) {
-            const int64_t count = i == 0 ? a.corners : i == 2 ? a.faces : a.vertices;
-            int32_t *x = integers(level, arrays[i], count, 1), *y = integers(remeshed, arrays[i], count, 1);
-            assert_memory_equal(x, y, (size_t)count * sizeof *x);
+        static const int32_t arrays[] = {DELMESH_CORNER_VERT, DELMESH_VERT_SOURCE, DELMESH_FACE_SOURCE, DELMESH_EDGE_FLAGS,
+                                         DELMESH_EDGE_SOURCE_EDGE};
+        for (int i = 0; i < 4 + options.map; ++i) {
+            const int64_t faces = info_of(level).faces, counts[] = {3 * faces, verts, faces, edges, edges};
+            int32_t *x = integers(level, arrays[i], counts[i], 1), *y = integers(family[0], arrays[i], counts[i], 1);
+            assert_memory_equal(x, y, (size_t)counts[i] * sizeof *x);
             free(x), free(y);
         }
         delmesh_mesh_destroy(level);
         delmesh_mesh_destroy(remeshed);
+        delmesh_mesh_destroy(family[0]);
+        delmesh_mesh_destroy(family[1]);
     }
     delmesh_mesh_destroy(in);
 }
