@@ -2,6 +2,7 @@
 // Where a texture lies on a flat place as one affine map does, so that it stays there whatever triangles the place is cut into.
 #pragma once
 
+#include "mesh/source_map.h"
 #include "mesh/surface.h"
 
 namespace dm {
@@ -34,7 +35,7 @@ private:
         return true;
     }
     double value(const MeshLayer& layer, int32_t corner, int32_t component) const {
-        return in_.layer_values[layer.first_value + static_cast<int64_t>(corner) * layer.components + component];
+        return in_.layer_values[layer_value(in_, layer, corner) + component];
     }
 
     const Mesh& in_;

@@ -15,6 +15,7 @@
 #include "algo/remesh.h"
 #include "base/box.h"
 #include "mesh/build.h"
+#include "mesh/source_map.h"
 
 namespace dm {
 namespace {
@@ -421,12 +422,14 @@ private:
         // Textures limit what is flipped in flat places.
         for (MeshLayer layer : in.layers) {
             if (layer.first_value >= 0) {
-                const float* const values = in.layer_values.data() + layer.first_value;
+                const MeshLayer given = layer;
                 layer.first_value = piece.layer_values.size();
                 piece.layer_values.reserve(layer.first_value + corners * layer.components);
-                for (const int32_t f : faces)
-                    for (int64_t k = 0; k < 3 * layer.components; ++k)
-                        piece.layer_values.push_back(values[3 * int64_t{f} * layer.components + k]);
+                for (int64_t i = 0; i < corners; ++i) {
+                    const int32_t c = 3 * faces[i / 3] + static_cast<int32_t>(i % 3);
+                    for (int32_t k = 0; k < layer.components; ++k)
+                        piece.layer_values.push_back(in.layer_values[layer_value(in, given, c) + k]);
+                }
             }
             piece.layers.push_back(layer);
         }

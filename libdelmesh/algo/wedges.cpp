@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "mesh/source_map.h"
+
 namespace dm {
 
 bool Wedges::are_needed(const Mesh& in) {
@@ -21,7 +23,7 @@ Status Wedges::begin(Context& context, const Mesh& in, const Mesh& full, const S
     for (const MeshLayer& layer : in.layers) {
         if (layer.first_value < 0 || !(layer.weight > 0)) continue;
         const float* const given = in.layer_values.data() + layer.first_value;
-        const int64_t count = static_cast<int64_t>(in.corners()) * layer.components;
+        const int64_t count = layer_value_count(in) * layer.components;
         double range = 0, middle[16];
         for (int32_t k = 0; k < layer.components; ++k) {
             double low = HUGE_VAL, high = -HUGE_VAL;
@@ -42,7 +44,7 @@ Status Wedges::begin(Context& context, const Mesh& in, const Mesh& full, const S
                     const int32_t at = full.corner_map.empty() ? static_cast<int32_t>(c) : full.corner_map[c];
                     double* const to = values_.data() + (3 * f + k) * components_ + first;
                     const auto value = [&](int32_t corner, int32_t i) {
-                        return scale * (given[static_cast<int64_t>(corner) * layer.components + i] - middle[i]);
+                        return scale * (in.layer_values.data()[layer_value(in, layer, corner) + i] - middle[i]);
                     };
                     for (int32_t i = 0; i < layer.components; ++i) {
                         if (at >= 0) {

@@ -86,7 +86,7 @@ struct MeshLayer {
     bool keep; // its borders
     double affine_tolerance, weight;
     int64_t borders;     // edges
-    int64_t first_value; // of layer_values: of the first corner's first component; -1: not kept
+    int64_t first_value; // in layer_values; -1: not kept
 };
 
 struct MeshCounts { // see delmesh_mesh_info
@@ -126,7 +126,7 @@ struct Mesh {
     Array<int32_t> edge_source; // E, in the order of first corners, or empty for the identity; -1: no piece of a source edge
     int64_t source_verts = 0, source_corners = 0, source_faces = 0, source_edges = 0;
     // Only where imported or subdivided, and only of layers whose values are needed again: components after each other, corner by
-    // corner of this mesh's own.
+    // corner of this mesh's own; where subdivided, place by place of cage_places. See layer_value (mesh/source_map.h).
     Array<MeshLayer> layers;
     Array<float> layer_values;
     // Where corners and faces lie on a cage; only of meshes that come from one.

@@ -32,6 +32,14 @@ inline int32_t cage_face(const Mesh& mesh, int64_t f) {
     return mesh.face_cage.empty() ? cage_place(mesh, 3 * f).face : mesh.face_cage[f];
 }
 
+// Where a corner has its values of a layer in mesh.layer_values; and of how many corners or places there are some.
+inline int64_t layer_value(const Mesh& mesh, const MeshLayer& layer, int32_t c) {
+    return layer.first_value + int64_t{mesh.cage != 0 ? mesh.corner_cage.data()[c] : c} * layer.components;
+}
+inline int64_t layer_value_count(const Mesh& mesh) {
+    return mesh.cage != 0 ? mesh.cage_places.size() : mesh.corners();
+}
+
 // What `out`, which was made from `in`, has for its source.
 inline void set_source_counts(const Mesh& in, Mesh& out) {
     out.source_verts = in.imported ? in.source_verts : in.vertices();

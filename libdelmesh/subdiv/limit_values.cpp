@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "subdiv/limit_values.h"
 
-#include <memory>
-
-#include "base/hash.h"
 #include "mesh/views.h"
 #include "subdiv/faces.h"
 #include "subdiv/places.h"
@@ -20,49 +17,48 @@ void write(const delmesh_view_mut& target, int64_t i, const double* value) {
     }
 }
 
-// The last values at places of one face: neighbouring triangles share most of theirs.
-class Recent {
-public:
-    Recent() : entries_(new Entry[kEntries]) {}
-    // The value at a place, made by make(value) where it is not known.
-    template <class Make>
-    const double* find(const CagePlace& place, Make&& make) {
-        uint64_t key;
-        static_assert(sizeof key == 2 * sizeof(float));
-        std::memcpy(&key, &place.s, sizeof key);
-        Entry& entry = entries_[static_cast<size_t>(scramble(key) % kEntries)];
-        if (entry.face != place.face || entry.key != key) {
-            make(entry.value);
-            entry.face = place.face;
-            entry.key = key;
-        }
-        return entry.value;
-    }
-
-private:
-    static constexpr uint64_t kEntries = 256;
-    struct Entry {
-        int32_t face = -1;
-        uint64_t key = 0;
-        double value[LimitEvaluator::kMostComponents];
-    };
-    std::unique_ptr<Entry[]> entries_;
-};
-
-// Values at the corners' places. begin(evaluator, f) makes the evaluator ready for a face, at(evaluator, place, value) takes one.
+// Values at the mesh's places, each of which many corners have. begin(evaluator, f) makes the evaluator ready for a face,
+// at(evaluator, place, value) takes one.
 template <class Begin, class At>
-Status for_corners(Context& context, const Cage& cage, const Mesh& mesh, const delmesh_view_mut& target, Begin&& begin, At&& at) {
+Status at_places(Context& context, const Cage& cage, const Mesh& mesh, const delmesh_view_mut& target, Begin&& begin, At&& at) {
+    const CagePlace* const places = mesh.cage_places.data();
     PlaceOrder order(context.memory());
-    DM_TRY(order.build(context, cage, mesh.corners(), [&](int64_t c) { return cage_place(mesh, c).face; }));
-    return for_limit_faces(context, cage, order.per_face(), 0.2, 1, [&](LimitEvaluator& evaluator, int32_t f) {
+    DM_TRY(order.build(context, cage, mesh.cage_places.size(), [&](int64_t i) { return places[i].face; }));
+    return for_limit_faces(context, cage, order.per_face(), 0.2, 0.9, [&](LimitEvaluator& evaluator, int32_t f) {
         if (order.is_empty(f)) return;
-        Recent recent;
         begin(evaluator, f);
-        order.for_each(f, [&](int32_t c) {
-            const CagePlace& place = cage_place(mesh, c);
-            write(target, c, recent.find(place, [&](double* value) { at(evaluator, place, value); }));
+        order.for_each(f, [&](int32_t i) {
+            double value[LimitEvaluator::kMostComponents];
+            at(evaluator, places[i], value);
+            write(target, i, value);
         });
     });
+}
+
+// The same at corners: find(view) finds the values at places.
+template <class Find>
+Status at_corners(Context& context, const Mesh& mesh, const delmesh_view_mut& target, Find&& find) {
+    const int32_t components = target.components;
+    Array<double> values(context.memory());
+    values.resize_uninitialized(mesh.cage_places.size() * components);
+    const int64_t stride = components * static_cast<int64_t>(sizeof(double));
+    DM_TRY(find(delmesh_view_mut{values.data(), mesh.cage_places.size(), stride, DELMESH_FLOAT64, components}));
+    return context.parallel(mesh.corners(), 1 << 14, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t c = begin; c < end; ++c) write(target, c, values.data() + int64_t{mesh.corner_cage.data()[c]} * components);
+    });
+}
+
+Status layer_at_places(Context& context, const Cage& cage, const Mesh& mesh, int32_t layer, const Array<double>* source,
+                       const delmesh_view_mut& target) {
+    const CageLayer& of = cage.layers[layer];
+    const double* const values = source != nullptr ? source->data() : cage.values.data() + of.first_value;
+    return at_places(
+        context, cage, mesh, target,
+        [&](LimitEvaluator& evaluator, int32_t f) {
+            evaluator.face(f, of.channel);
+            evaluator.take(values, target.components);
+        },
+        [](LimitEvaluator& evaluator, const CagePlace& place, double* value) { evaluator.at(place.s, place.t, value); });
 }
 
 } // namespace
@@ -92,34 +88,32 @@ Status limit_of_verts(Context& context, const Cage& cage, const Mesh& mesh, cons
 
 Status limit_of_layer(Context& context, const Cage& cage, const Mesh& mesh, int32_t layer, const Array<double>* source,
                       const delmesh_view_mut& target) {
-    const CageLayer& of = cage.layers[layer];
-    const double* const values = source != nullptr ? source->data() : cage.values.data() + of.first_value;
-    return for_corners(
-        context, cage, mesh, target,
-        [&](LimitEvaluator& evaluator, int32_t f) {
-            evaluator.face(f, of.channel);
-            evaluator.take(values, target.components);
-        },
-        [](LimitEvaluator& evaluator, const CagePlace& place, double* value) { evaluator.at(place.s, place.t, value); });
+    return at_corners(context, mesh, target, [&](const delmesh_view_mut& values) {
+        return layer_at_places(context, cage, mesh, layer, source, values);
+    });
+}
+
+Status limit_at_places(Context& context, const Cage& cage, const Mesh& mesh, int32_t layer, const delmesh_view_mut& target) {
+    return layer_at_places(context, cage, mesh, layer, nullptr, target);
 }
 
 Status limit_normals(Context& context, const Cage& cage, const Mesh& mesh, const double* positions,
                      const delmesh_view_mut& target) {
-    return for_corners(
-        context, cage, mesh, target,
-        [&](LimitEvaluator& evaluator, int32_t f) {
-            evaluator.face(f, -1);
-            evaluator.take(positions, 3);
-        },
-        [](LimitEvaluator& evaluator, const CagePlace& place, double* value) {
-            double x[3], ds[3], dt[3];
-            evaluator.at(place.s, place.t, x, ds, dt);
-            const Vec3 normal = cross({ds[0], ds[1], ds[2]}, {dt[0], dt[1], dt[2]});
-            const double size = length(normal), scale = size > 0 ? 1 / size : 0;
-            value[0] = scale * normal.x;
-            value[1] = scale * normal.y;
-            value[2] = scale * normal.z;
-        });
+    const auto begin = [&](LimitEvaluator& evaluator, int32_t f) {
+        evaluator.face(f, -1);
+        evaluator.take(positions, 3);
+    };
+    const auto at = [](LimitEvaluator& evaluator, const CagePlace& place, double* value) {
+        double x[3], ds[3], dt[3];
+        evaluator.at(place.s, place.t, x, ds, dt);
+        const Vec3 normal = cross({ds[0], ds[1], ds[2]}, {dt[0], dt[1], dt[2]});
+        const double size = length(normal), scale = size > 0 ? 1 / size : 0;
+        value[0] = scale * normal.x;
+        value[1] = scale * normal.y;
+        value[2] = scale * normal.z;
+    };
+    return at_corners(context, mesh, target,
+                      [&](const delmesh_view_mut& values) { return at_places(context, cage, mesh, values, begin, at); });
 }
 
 } // namespace dm

@@ -9,6 +9,7 @@
 
 #include "mesh/borders.h"
 #include "mesh/connect.h"
+#include "mesh/source_map.h"
 #include "subdiv/faces.h"
 #include "subdiv/limit_distance.h"
 #include "subdiv/limit_values.h"
@@ -449,13 +450,13 @@ private:
                             -1};
             if (of.channel >= 0 && (of.given.kind == DELMESH_LAYER_UV || of.given.weight > 0)) {
                 layer.first_value = mesh_.layer_values.size();
-                mesh_.layer_values.resize_uninitialized(layer.first_value + int64_t{mesh_.corners()} * of.components);
+                const int64_t count = layer_value_count(mesh_);
+                mesh_.layer_values.resize_uninitialized(layer.first_value + count * of.components);
                 float* const values = mesh_.layer_values.data() + layer.first_value;
                 const int64_t stride = of.components * static_cast<int64_t>(sizeof(float));
-                DM_TRY(limit_of_layer(context_, cage_, mesh_, static_cast<int32_t>(i), nullptr,
-                                      {values, mesh_.corners(), stride, DELMESH_FLOAT32, of.components}));
-                if (layer.affine_tolerance < 0)
-                    layer.affine_tolerance = default_affine_tolerance(values, mesh_.corners(), of.components);
+                DM_TRY(limit_at_places(context_, cage_, mesh_, static_cast<int32_t>(i),
+                                       {values, count, stride, DELMESH_FLOAT32, of.components}));
+                if (layer.affine_tolerance < 0) layer.affine_tolerance = default_affine_tolerance(values, count, of.components);
             }
             mesh_.layers.push_back(layer);
         }
