@@ -14,9 +14,22 @@ namespace {
 struct Angle {
     double cosine, sine;
 };
-Angle corner_angle(int32_t face_size, int32_t corner) {
-    const double angle = 2 * std::numbers::pi * corner / face_size;
-    return {std::cos(angle), std::sin(angle)};
+
+// Of pi k / n, 0 <= k < 2 n, by arithmetic alone: libm's values differ between systems in the last place, and places go into the
+// bytes of results.
+Angle part_of_turn(int32_t k, int32_t n) {
+    const int64_t quarters = 2 * int64_t{k} / n, rest = 2 * int64_t{k} % n; // in halves of pi / n
+    const bool turned = 2 * rest > n;                                       // past an eighth of the turn
+    const double x = std::numbers::pi / 2 * static_cast<double>(turned ? n - rest : rest) / n, squared = x * x;
+    double cosine = 1, sine = 1;
+    for (int32_t i = 18; i > 0; i -= 2) {
+        cosine = 1 - squared / (i * (i - 1)) * cosine;
+        sine = 1 - squared / (i * (i + 1)) * sine;
+    }
+    sine *= x;
+    Angle angle = turned ? Angle{sine, cosine} : Angle{cosine, sine};
+    for (int64_t i = 0; i < quarters; ++i) angle = {-angle.sine, angle.cosine};
+    return angle;
 }
 
 } // namespace
@@ -26,14 +39,14 @@ SubFacePlace sub_face_of(int32_t face_size, double x, double y) {
     Angle turn{1, 0};
     double most = x;
     for (int32_t corner = 1; corner < face_size; ++corner) {
-        const Angle angle = corner_angle(face_size, corner);
+        const Angle angle = part_of_turn(2 * corner, face_size);
         const double along = angle.cosine * x + angle.sine * y;
         if (!(along > most)) continue;
         most = along;
         turn = angle;
         place.corner = corner;
     }
-    const double half = std::numbers::pi / face_size, c = std::cos(half), s = std::sin(half);
+    const auto [c, s] = part_of_turn(1, face_size);
     const double difference = (turn.cosine * y - turn.sine * x) / (c * s), bend = 1 - 2 * c * c;
     const double constant = 1 - most - bend * difference * difference / 4;
     const double root = std::sqrt(std::max(0.0, s * s * s * s - bend * constant));
@@ -44,10 +57,10 @@ SubFacePlace sub_face_of(int32_t face_size, double x, double y) {
 }
 
 void place_of(int32_t face_size, const SubFacePlace& place, double& x, double& y) {
-    const double half = std::numbers::pi / face_size, c = std::cos(half), s = std::sin(half);
+    const auto [c, s] = part_of_turn(1, face_size);
     const double along = 1 - s * s * (place.u + place.v) + (1 - 2 * c * c) * place.u * place.v;
     const double across = c * s * (place.u - place.v);
-    const Angle turn = corner_angle(face_size, place.corner);
+    const Angle turn = part_of_turn(2 * place.corner, face_size);
     x = turn.cosine * along - turn.sine * across;
     y = turn.sine * along + turn.cosine * across;
 }
