@@ -96,6 +96,9 @@ bool output_write(Output* out, const void* data, size_t size) {
 static void release(Output* out) {
     if (out->written) unlink(out->temporary);
     interrupt_remove_file(out->temporary);
+    if (out->old) unlink(out->old); /* also where it was put back: two names of one file are not renamed */
+    interrupt_remove_file(out->old);
+    free(out->old);
     free(out->target);
     free(out->temporary);
     free(out->buffer);
@@ -113,14 +116,45 @@ bool output_finish(Output* out, bool ok) {
     return ok;
 }
 
+/* A second name for what the target is, if there is anything: to take back what is put in its place. */
+static bool keep_old(Output* out) {
+    const size_t room = strlen(out->temporary) + 2;
+    char* old = malloc(room);
+    if (!old) return fail_memory(out->failure);
+    snprintf(old, room, "%s~", out->temporary);
+    /* Where files have one name only, nothing is at the target for a moment. */
+    if (link(out->target, old) == 0 || (errno != ENOENT && rename(out->target, old) == 0)) {
+        out->old = old;
+        interrupt_add_file(old);
+        return true;
+    }
+    free(old);
+    return errno == ENOENT || fail_errno(out, "set aside");
+}
+
+static void put_back(Output* out) {
+    if (out->old)
+        rename(out->old, out->target);
+    else
+        unlink(out->target);
+}
+
 bool output_commit(Output* outs, int count, bool ok, Failure* failure) {
     if (ok && interrupt_signal) ok = fail_with(failure, kStatusCancelled, "%s: the write was cancelled", outs->path);
-    for (int i = 0; i < count; ++i) {
+    int placed = 0;
+    for (int i = 0; i < count && ok; ++i) {
         outs[i].failure = failure;
-        if (ok && rename(outs[i].temporary, outs[i].target) != 0) ok = fail_errno(&outs[i], "renamed into place");
-        if (ok) outs[i].written = false;
-        release(&outs[i]);
+        if (i + 1 < count) ok = keep_old(&outs[i]); /* what replaces the last one need not be taken back */
+        if (ok && rename(outs[i].temporary, outs[i].target) != 0) {
+            ok = fail_errno(&outs[i], "renamed into place");
+            if (outs[i].old) put_back(&outs[i]);
+        }
+        if (!ok) break;
+        outs[i].written = false;
+        ++placed;
     }
+    for (int i = 0; i < placed && !ok; ++i) put_back(&outs[i]);
+    for (int i = 0; i < count; ++i) release(&outs[i]);
     return ok;
 }
 

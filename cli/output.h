@@ -13,6 +13,7 @@ typedef struct Output {
     const char* path; /* as the user gave it */
     char* target;     /* with symbolic links followed */
     char* temporary;
+    char* old; /* what was at the target, while several files are put in their places */
     char* buffer;
     size_t used;
     int descriptor;
@@ -35,7 +36,8 @@ bool output_close(Output* out, bool ok);
 /* The same in two steps, so that several files appear together: the whole file under its other name, and frees if that
  * fails; ... */
 bool output_finish(Output* out, bool ok);
-/* ... all of them, each finished, under their own names, or removed; frees. `failure` gets the first that fails. */
+/* ... all of them, each finished, under their own names, or removed; frees. `failure` gets the first that fails: then what was
+ * there before is there again. */
 bool output_commit(Output* outs, int count, bool ok, Failure* failure);
 
 #endif

@@ -221,6 +221,30 @@ static bool old_file_is_there(void) {
     return same && entries() == 1;
 }
 
+/* The last of three cannot be put in its place: what was there before is, and what was not, is not. */
+static void test_all_or_none(void** state) {
+    (void)state;
+    float floats[18];
+    double doubles[18];
+    const MeshFile mesh = make_mesh(DELMESH_FLOAT32, floats, doubles);
+    const char* const paths[] = {"a.obj", "b.ply", "c.stl"};
+    write_bytes("a.obj", "old\n", 4);
+    for (int may = 0; may < 2; ++may) {
+        Output outs[3];
+        Failure failure = {NULL, ""};
+        for (int i = 0; i < 3; ++i) assert_true(mesh_file_prepare(paths[i], kEncodingDefault, &mesh, &outs[i], &failure));
+        if (!may) assert_int_equal(mkdir("c.stl", 0700), 0);
+        assert_int_equal(output_commit(outs, 3, true, &failure), may);
+        if (may) break;
+        assert_string_equal(failure.text, "c.stl: could not be renamed into place: Is a directory");
+        assert_string_equal(failure.status, kStatusWrite);
+        assert_int_equal(rmdir("c.stl"), 0);
+        assert_true(old_file_is_there());
+    }
+    assert_int_equal(entries(), 3);
+    for (int i = 0; i < 3; ++i) assert_int_equal(unlink(paths[i]), 0);
+}
+
 static void test_atomic(void** state) {
     (void)state;
     float floats[18];
@@ -359,6 +383,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_round_trip, enter_folder, leave_folder),
         cmocka_unit_test_setup_teardown(test_exact_bytes, enter_folder, leave_folder),
         cmocka_unit_test_setup_teardown(test_refused_targets, enter_folder, leave_folder),
+        cmocka_unit_test_setup_teardown(test_all_or_none, enter_folder, leave_folder),
         cmocka_unit_test_setup_teardown(test_atomic, enter_folder, leave_folder),
         cmocka_unit_test_setup_teardown(test_gzip, enter_folder, leave_folder),
         cmocka_unit_test_setup_teardown(test_gzip_bomb, enter_folder, leave_folder),
