@@ -339,6 +339,24 @@ static void holes(void** state) {
     delmesh_cage_destroy(cage);
 }
 
+/* Uniform refinement makes the same mesh, on the same surface. */
+static void assert_far_agrees(const delmesh_cage* cage, const Polygons* p) {
+    for (int32_t rate = 2; rate <= 16; rate *= 2) {
+        delmesh_mesh *mesh = at_rate(cage, rate), *refined = by_far(cage, rate);
+        assert_int_equal(info_of(mesh).vertices, info_of(refined).vertices);
+        assert_int_equal(info_of(mesh).faces, info_of(refined).faces);
+        assert_int_equal(info_of(mesh).edges, info_of(refined).edges);
+        assert_int_equal(info_of(mesh).boundary_edges, info_of(refined).boundary_edges);
+        assert_int_equal(info_of(mesh).components, info_of(refined).components);
+        double *positions = positions_of(refined), *limit = limit_of(cage, refined, p);
+        assert_true(largest_distance(positions, limit, info_of(refined).vertices) < 1e-6);
+        free(positions);
+        free(limit);
+        delmesh_mesh_destroy(mesh);
+        delmesh_mesh_destroy(refined);
+    }
+}
+
 /* Faces of any size, at even and odd rates: watertight where the cage is, and every vertex at the limit of its place. */
 static void n_gons(void** state) {
     (void)state;
@@ -356,18 +374,7 @@ static void n_gons(void** state) {
             free(limit);
             delmesh_mesh_destroy(mesh);
         }
-        for (int32_t rate = 2; rate <= 8; rate *= 2) {
-            delmesh_mesh *mesh = at_rate(cage, rate), *refined = by_far(cage, rate);
-            assert_int_equal(info_of(mesh).vertices, info_of(refined).vertices);
-            assert_int_equal(info_of(mesh).faces, info_of(refined).faces);
-            assert_int_equal(info_of(mesh).edges, info_of(refined).edges);
-            double *positions = positions_of(refined), *limit = limit_of(cage, refined, &p);
-            assert_true(largest_distance(positions, limit, info_of(refined).vertices) < 1e-6);
-            free(positions);
-            free(limit);
-            delmesh_mesh_destroy(mesh);
-            delmesh_mesh_destroy(refined);
-        }
+        assert_far_agrees(cage, &p);
         delmesh_cage_destroy(cage);
     }
 }
@@ -388,6 +395,7 @@ static void non_manifold_cages(void** state) {
     assert_int_equal(info_of(mesh).components, 3);
     assert_int_equal(edges_with(mesh, DELMESH_EDGE_CUT), 12);
     delmesh_mesh_destroy(mesh);
+    assert_far_agrees(cage, &p);
     delmesh_cage_destroy(cage);
     /* A page the other way round is turned, and takes its places along. */
     Polygons q = square();
@@ -627,6 +635,51 @@ static void places_go_along(void** state) {
     delmesh_cage_destroy(cage);
 }
 
+/* What the context holds at most from the cage to ten levels, per triangle of the dense mesh, the dense mesh, all levels and their
+ * places on the cage included; with a UV layer, which is of the places. The limit is what was measured and a twelfth. */
+static void memory_of_the_chain_stays_low(void** state) {
+    (void)state;
+    const Polygons p = cube();
+    float uvs[24][2];
+    for (int c = 0; c < 24; ++c) {
+        uvs[c][0] = (float)(c % 4 == 1 || c % 4 == 2) + (float)(c / 4);
+        uvs[c][1] = (float)(c % 4 / 2);
+    }
+    delmesh_layer layer;
+    delmesh_layer_init(&layer, sizeof layer);
+    layer.kind = DELMESH_LAYER_UV;
+    layer.values = (delmesh_view){uvs, 24, 0, DELMESH_FLOAT32, 2};
+    delmesh_cage_desc desc = desc_of(&p);
+    desc.layers = &layer;
+    desc.layer_count = 1;
+    Host own_host;
+    delmesh_context* own = host_context(&own_host, 2);
+    delmesh_cage* cage = NULL;
+    delmesh_mesh *dense = NULL, *levels[10] = {NULL};
+    delmesh_subdivide_options options;
+    delmesh_subdivide_options_init(&options, sizeof options);
+    options.value = 100;
+    assert_status(delmesh_cage_create(own, &desc, &cage), own, DELMESH_OK);
+    assert_status(delmesh_subdivide(own, cage, &options, &dense, NULL), own, DELMESH_OK);
+    const int64_t triangles = info_of(dense).faces;
+    assert_int_equal(triangles, 6 * 2 * 100 * 100);
+    delmesh_target targets[10] = {{DELMESH_TARGET_FULL, 0, 0}};
+    for (int i = 1; i < 10; ++i) targets[i] = (delmesh_target){DELMESH_TARGET_RATIO, 0, i == 1 ? 0.5 : targets[i - 1].value / 2};
+    delmesh_decimate_options decimate;
+    delmesh_decimate_options_init(&decimate, sizeof decimate);
+    decimate.map = 1;
+    assert_status(delmesh_lod_family(own, dense, targets, 10, &decimate, levels, NULL, NULL), own, DELMESH_OK);
+    uint64_t peak;
+    delmesh_context_memory(own, NULL, &peak, NULL);
+    print_message("    %.0f bytes per triangle\n", (double)peak / (double)triangles);
+    assert_in_range(peak, 1, (uint64_t)500 * (uint64_t)triangles);
+    for (int i = 0; i < 10; ++i) delmesh_mesh_destroy(levels[i]);
+    delmesh_mesh_destroy(dense);
+    delmesh_cage_destroy(cage);
+    delmesh_context_destroy(own);
+    assert_nothing_left(&own_host);
+}
+
 /* ---- Poses ---------------------------------------------------------------------------------------------------------------- */
 
 static delmesh_mesh* in_pose(const delmesh_cage* cage, const delmesh_mesh* mesh, const Polygons* p,
@@ -792,10 +845,16 @@ static void bad_cages(void** state) {
     desc.sharp_verts = (delmesh_view){verts, 1, 0, DELMESH_INT32, 1};
     desc.vert_sharpness = (delmesh_view){sharpness, 1, 0, DELMESH_FLOAT64, 1};
     refused(&desc, DELMESH_ERROR_INDEX_OUT_OF_RANGE, "sharp_verts: number 0 had vertex -1; there were 8 vertices.");
+    desc.sharp_verts.data = creases;
+    refused(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "vert_sharpness: sharpness 0 was nan, which is not 0 or more.");
+    sharpness[0] = -0.5;
+    refused(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "vert_sharpness: sharpness 0 was -0.5, which is not 0 or more.");
     desc = good;
     const int32_t hole[2] = {5, 6};
     desc.holes = (delmesh_view){hole, 2, 0, DELMESH_INT32, 1};
     refused(&desc, DELMESH_ERROR_INDEX_OUT_OF_RANGE, "holes: number 1 was face 6; there were 6 faces.");
+    desc.holes = (delmesh_view){verts, 1, 0, DELMESH_INT32, 1};
+    refused(&desc, DELMESH_ERROR_INDEX_OUT_OF_RANGE, "holes: number 0 was face -1; there were 6 faces.");
     desc = good;
     desc.scheme = 3;
     refused(&desc, DELMESH_ERROR_INVALID_ARGUMENT, "The option 'scheme' was 3, outside 0 to 2.");
@@ -901,6 +960,7 @@ int main(void) {
         cmocka_unit_test(layers_and_borders),
         cmocka_unit_test(normals),
         cmocka_unit_test(places_go_along),
+        cmocka_unit_test(memory_of_the_chain_stays_low),
         cmocka_unit_test(same_bytes_for_any_threads),
         cmocka_unit_test(bad_cages),
         cmocka_unit_test(bad_subdivisions),
