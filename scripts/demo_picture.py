@@ -34,7 +34,7 @@ def caption_rows(text, scale):
 
 def draw(points, faces, red_edges, view, paint=None, wires=True, size=SIZE):
     """One panel as size x size x 3 bytes. view: rows are the axes right, up, towards the eye; then centre and half width. paint:
-    colours (h, w, 3) of face number f where its corners count weights[0..2], each (h, w)."""
+    colours (h, w, 3) of face number f where its corners count weights[0..2], each (h, w). wires: all, none, or which edges."""
     axes, centre, half = view
     n = size * SUPERSAMPLING
     p = (np.asarray(points, float) - centre) @ axes.T
@@ -47,6 +47,7 @@ def draw(points, faces, red_edges, view, paint=None, wires=True, size=SIZE):
     image[:] = PAPER
     nearest = np.zeros((n, n))
     red = {frozenset(e) for e in red_edges}
+    wired = set() if isinstance(wires, bool) else {frozenset(e) for e in wires}
     light = np.array([0.35, 0.55, 0.76])
     for f, face in enumerate(faces):
         i, j, k = face
@@ -77,8 +78,9 @@ def draw(points, faces, red_edges, view, paint=None, wires=True, size=SIZE):
             base = paint(f, [weight * z[corner] / zz for weight, corner in zip(weights, face)])
         colour = base * shade
         for m, (a, b) in enumerate(((j, k), (k, i), (i, j))):
-            is_red = frozenset((a, b)) in red
-            if wires or is_red:
+            edge = frozenset((a, b))
+            is_red = edge in red
+            if wires is True or is_red or edge in wired:
                 pixels = weights[m] * -area2 / np.hypot(x[b] - x[a], y[b] - y[a])
                 colour[pixels < (1.5 if is_red else 0.45) * SUPERSAMPLING] = RED if is_red else INK
         nearest[y0:y1, x0:x1][inside] = zz[inside]
