@@ -4,11 +4,12 @@
     native.py      finds the package
     meshdata.py    a mesh with everything on it, as arrays
     exchange.py    Blender meshes to that and back
-    survive.py     what is done to it; without bpy
+    survive.py     what is done to it; limit.py: of its limit surface. Without bpy
     runner.py      runs that, in a thread if there is a window
     isolation.py   ... and in another process: helper.py, shared.py
     options.py     of the operators; settings.py: what files remember
     operators.py   Delaunay Remesh, Check Delaunay; lods.py: Delaunay LOD Family; gltf.py: families in glTF files
+    cage.py        what a Subdivision Surface modifier says
     cautions.py    what users should know before
     panel.py, overlay.py   what they see
 """

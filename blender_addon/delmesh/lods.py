@@ -7,10 +7,11 @@ import time
 import bpy
 import numpy as np
 
-from . import cautions, exchange, survive
-from .operators import Cautions, can_run, number, repairs, selected_meshes
+from . import cage, cautions, exchange, survive
+from .operators import Cautions, can_run, repairs, selected_meshes
 from .options import LodOptions
 from .runner import Request, Running
+from .text import number
 
 LEVEL, SOURCE = "delmesh_lod", "delmesh_lod_of"  # custom properties of the objects made
 _STOPPED_BY = {"topology": "its holes and parts", "delaunay": "what can be Delaunay",
@@ -36,27 +37,17 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
 
     def _requests(self, context):
         self._began = time.perf_counter()
-        self._cautions = Cautions()
+        self._cautions, self._temporary = Cautions(), []
         requests, locked = [], {}
         meshes = selected_meshes(self, context)
         try:
             for mesh, objects in meshes.items():
-                ob = objects[0]
-                template = mesh if self.source == "BASE" else evaluated(context, ob)
-                data = exchange.read(template, ob, self.custom_normals)
-                size = float(np.linalg.norm(np.ptp(data.positions, axis=0))) if len(data.positions) else 0.0
-                request = Request("lod", data, self.kept(), self.lod_options(), ob, template=template.name)
-                request.options["targets"] = self.targets(size, cautions.scale_of(ob))
-                if self.lod0 == "REMESHED":
-                    request.options["targets"].insert(0, "full")
-                self._add_density(request, ob)
-                self._caution(ob, template)
-                requests.append(request)
+                requests.append(self._request(context, mesh, objects[0]))
             locked = shared_borders([(request.data, meshes_ob.matrix_world) for request, (meshes_ob, *_) in
                                      zip(requests, meshes.values())])
         except survive.Refused as reason:
             self.report({"ERROR"}, str(reason))
-            self._drop_templates(requests)
+            self._over()
             return []
         for i, verts in locked.items():
             requests[i].options["locked_verts"] = verts
@@ -64,6 +55,47 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
                 self._cautions.add("shares borders with another object; with Borders set to Keep they fit afterwards",
                                    requests[i].object())
         return requests
+
+    def _request(self, context, mesh, ob):
+        options, template, triangles = self.lod_options(), mesh, None
+        if self.source == "CAGE":
+            modifier = self._modifier(ob)
+            options["cage"] = cage.settings(modifier, self.cage_level)
+            before, after = cage.around(ob, modifier)
+            if any(each.show_viewport for each in before):
+                template = self._evaluated(context, ob, {modifier, *after})
+            triangles = cage.triangles(template, options["cage"]["rate"])
+        elif self.source == "EVALUATED":
+            template = self._evaluated(context, ob)
+        data = exchange.read(template, ob, self._custom_normals())
+        size = float(np.linalg.norm(np.ptp(data.positions, axis=0))) if len(data.positions) else 0.0
+        options["targets"] = self.targets(size, cautions.scale_of(ob))
+        if self.lod0 == "REMESHED":
+            options["targets"].insert(0, "full")
+        request = Request("lod", data, self.kept(), options, ob, triangles, template=template.name)
+        self._add_density(request, ob)
+        self._caution(ob, template)
+        return request
+
+    def _evaluated(self, context, ob, without=()):
+        mesh = evaluated(context, ob, without)
+        self._temporary.append(mesh.name)
+        return mesh
+
+    def _custom_normals(self):
+        """The limit surface is smooth by itself."""
+        return self.custom_normals and self.source != "CAGE"
+
+    def _modifier(self, ob):
+        modifier = cage.modifier_of(ob)
+        if not modifier:
+            raise survive.Refused(cage.missing(ob))
+        before, after = cage.around(ob, modifier)
+        for modifiers, what in ((before, "applied to the cage"), (after, "left to the levels")):
+            names = [each.name for each in modifiers if each.show_viewport]
+            if names:
+                self._cautions.add(f"modifiers {what}: {', '.join(names)}", ob)
+        return modifier
 
     def _add_density(self, request, ob):
         group = ob.vertex_groups.get(self.density_group) if self.density_group else None
@@ -77,7 +109,7 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
             request.options["vert_weights"] = float(self.density_factor) ** weights
 
     def _caution(self, ob, template):
-        for lost in cautions.losses(ob, False, self.custom_normals):
+        for lost in cautions.losses(ob, False, self._custom_normals()):
             self._cautions.add(f"not kept: {lost}", ob)
         if cautions.uneven_scale(ob):
             self._cautions.add("scaled unevenly: Delaunay in the object's own space only; apply the scale first", ob)
@@ -99,7 +131,6 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
                 elif stopped_by:
                     self._cautions.add(f"{name} has {number(level['faces'])} triangles: {stopped_by} stopped it", ob)
             counts.append([level["faces"] for level in request.outcome.levels])
-        self._drop_templates(requests)
         self._cautions.report(self)
         faces = sum(request.outcome.report["faces_in"] for request in requests)
         steps = " -> ".join(number(sum(column)) for column in zip(*counts))
@@ -125,13 +156,20 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
             mesh = template.copy()
             mesh.name = f"{base}_LOD{n}"
             level = self._level(ob, mesh, mesh.name, n, root, collection)
-            if self.source == "EVALUATED":
-                for modifier in list(level.modifiers):
-                    if modifier.type != "ARMATURE":
-                        level.modifiers.remove(modifier)
+            for modifier in self._applied(level):
+                level.modifiers.remove(modifier)
             exchange.write(data, mesh, level, exchange.Settings(template, level))
             names.append(level.name)
         return names
+
+    def _applied(self, ob):
+        """The modifiers that levels do not need any more."""
+        if self.source == "BASE":
+            return []
+        if self.source == "CAGE":
+            modifier = cage.modifier_of(ob)
+            return [*cage.around(ob, modifier)[0], modifier]
+        return [modifier for modifier in ob.modifiers if modifier.type != "ARMATURE"]
 
     def _root(self, base, ob, collection):
         """The empty above the levels, where there is to be one: where the object is, and below the same parent."""
@@ -159,27 +197,24 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
             level.matrix_parent_inverse = ob.matrix_basis.inverted_safe()  # the root has that transform already
         return level
 
-    def _drop_templates(self, requests):
-        for request in requests:
-            if self.source == "EVALUATED":
-                bpy.data.meshes.remove(bpy.data.meshes[request.more["template"]])
-
-    def cancel(self, context):
-        super().cancel(context)
-        self._drop_templates(self._job.requests)
+    def _over(self):
+        for name in self._temporary:
+            bpy.data.meshes.remove(bpy.data.meshes[name])
+        self._temporary.clear()
 
 
-def evaluated(context, ob):
-    """-> a new mesh: what the modifiers make of the object, but those of armatures."""
-    shown = {modifier: modifier.show_viewport for modifier in ob.modifiers if modifier.type == "ARMATURE"}
+def evaluated(context, ob, without=()):
+    """-> a new mesh: what the modifiers make of the object, but those of armatures and those in `without`."""
+    hidden = [modifier for modifier in ob.modifiers if modifier.type == "ARMATURE" or modifier in without]
+    shown = [modifier.show_viewport for modifier in hidden]
     try:
-        for modifier in shown:
+        for modifier in hidden:
             modifier.show_viewport = False
         graph = context.evaluated_depsgraph_get()
         graph.update()
         return bpy.data.meshes.new_from_object(ob.evaluated_get(graph), preserve_all_data_layers=True, depsgraph=graph)
     finally:
-        for modifier, value in shown.items():
+        for modifier, value in zip(hidden, shown):
             modifier.show_viewport = value
 
 

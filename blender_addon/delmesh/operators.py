@@ -10,6 +10,7 @@ import numpy as np
 from . import cautions, exchange, overlay
 from .options import CheckOptions, RemeshOptions
 from .runner import Request, Running
+from .text import number
 
 
 def selected_meshes(operator, context):
@@ -47,11 +48,6 @@ def can_run(cls, context):
         cls.poll_message_set("Select at least one editable mesh object")
         return False
     return True
-
-
-def number(value):
-    """With thin spaces between thousands."""
-    return f"{value:,}".replace(",", " ")
 
 
 class Cautions:

@@ -108,7 +108,11 @@ class LodOptions(KeepOptions):
         name="Source", default="BASE", description="What the levels are made of",
         items=[("BASE", "Base Mesh", "The mesh without modifiers; the levels have the same modifiers and shape keys"),
                ("EVALUATED", "With Modifiers", "What the modifiers make of the mesh, but those of an armature, which the levels "
-                "keep; shape keys are applied")])
+                "keep; shape keys are applied"),
+               ("CAGE", "Subdivision Cage", "The smooth surface that a Subdivision Surface modifier stands for. Textures, shape "
+                "keys, weights are those of the cage, and exact on every level")])
+    cage_level: IntProperty(name="Level", description="Subdivisions that the levels are made of; at 0 as the modifier has for "
+                            "renders", default=0, min=0, soft_max=7, max=10)
     lod0: EnumProperty(
         name="LOD0", default="ORIGINAL", description="What the finest level is",
         items=[("ORIGINAL", "Original", "An object with the original's own mesh"),
@@ -144,6 +148,8 @@ class LodOptions(KeepOptions):
             layout.prop(self, "pixel_error")
             layout.prop(self, "screen_height")
         layout.prop(self, "source")
+        if self.source == "CAGE":
+            layout.prop(self, "cage_level")
         layout.prop(self, "lod0")
         layout.prop(self, "structure")
         layout.prop(self, "replace")
@@ -153,7 +159,8 @@ class LodOptions(KeepOptions):
             layout.prop(self, "feature_angle")
         layout.prop(self, "boundary")
         layout.prop(self, "quality")
-        layout.prop(self, "uv_weight")
+        if self.source != "CAGE":
+            layout.prop(self, "uv_weight")
         if ob and ob.type == "MESH":
             layout.prop_search(self, "density_group", ob, "vertex_groups")
         else:

@@ -2,11 +2,11 @@
 """Where the operators are found: a tab of the 3D view's sidebar, the Object menu (and so the search), and Object Data > Remesh."""
 import bpy
 
-from . import cautions, native
+from . import cage, cautions, native
 from .lods import OBJECT_OT_delmesh_lod
-from .operators import OBJECT_OT_delmesh_check, OBJECT_OT_delmesh_remesh, number
+from .operators import OBJECT_OT_delmesh_check, OBJECT_OT_delmesh_remesh
 from .options import KeepOptions, LodOptions, RemeshOptions
-from .text import wrapped
+from .text import number, wrapped
 
 
 def _operator(layout, operator, settings, keep, **how):
@@ -72,7 +72,10 @@ class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         settings = context.scene.delmesh
-        settings.lod.draw_lod(layout, context.active_object)
+        ob = context.active_object
+        settings.lod.draw_lod(layout, ob)
+        if settings.lod.source == "CAGE" and ob and ob.type == "MESH":
+            _lines(layout, context, cage.told(ob, settings.lod.cage_level))
         _operator(layout, OBJECT_OT_delmesh_lod, settings.lod, settings.remesh, icon="MOD_DECIM")
         layout.prop(settings, "shown_level")
         layout.prop(settings, "gltf_lods")

@@ -7,16 +7,18 @@ import bpy
 
 from . import isolation, native, survive
 
-AT_ONCE = 20_000  # faces: below, a run takes no longer than a look at its progress
+AT_ONCE = 40_000  # triangles: below, a run takes no longer than a look at its progress
 _VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}
 _TICK = 0.05  # seconds between two looks at the progress
 
 
 class Request:
-    """One run on one mesh. run: a name in survive.RUNS. Afterwards there is either an outcome or an error, a sentence."""
+    """One run on one mesh. run: a name in survive.RUNS; triangles: that it has to do with, if not those of `data`. Afterwards there
+    is either an outcome or an error, a sentence."""
 
-    def __init__(self, run, data, keep, options, ob, **more):
+    def __init__(self, run, data, keep, options, ob, triangles=None, **more):
         self.run, self.data, self.keep, self.options = run, data, keep, options
+        self.triangles = triangles or len(data.corner_verts) - 2 * (len(data.face_offsets) - 1)
         self.name, self._was = ob.name, self._state(ob)
         self.more = more
         self.outcome = self.error = None
@@ -38,7 +40,7 @@ class Job:
         self._package, self.requests = package, requests
         self._token = package.CancelToken()
         self._thread = self._helper = None
-        self._sizes = [1 + len(request.data.corner_verts) for request in requests]
+        self._sizes = [1 + request.triangles for request in requests]
         self._isolated = native.isolated()
         self.fraction, self.stage = 0.0, ""
         self.cancelled = False
@@ -100,7 +102,7 @@ def end():
 
 class Running:
     """Base of the operators that run the library. They have _requests(context) -> [Request], which may report and return nothing,
-    and _finish(context, requests) -> result of the operator."""
+    _finish(context, requests) -> result of the operator, and _over(), called after requests were made, whatever became of them."""
 
     _job = _timer = _text = None
 
@@ -122,7 +124,7 @@ class Running:
         job = self._begin(context)
         if not job:
             return {"CANCELLED"}
-        if sum(len(request.data.face_offsets) for request in job.requests) < AT_ONCE:
+        if sum(request.triangles for request in job.requests) < AT_ONCE:
             job.run()
             return self._end(context, job)
         global _running
@@ -147,10 +149,14 @@ class Running:
         # Nothing may change the meshes meanwhile; looking at them is free.
         return {"PASS_THROUGH"} if event.type in _VIEW | {"TIMER"} else {"RUNNING_MODAL"}
 
+    def _over(self):
+        pass
+
     def cancel(self, context):
         """Also called by Blender, when a window closes or a file is opened."""
         self._job.cancel()
         self._stop(context)
+        self._over()
 
     def _show(self, context):
         """Each text is a redraw, and that may take long with a large model in view."""
@@ -179,6 +185,12 @@ class Running:
         return Job(package, requests) if requests else None
 
     def _end(self, context, job):
+        try:
+            return self._conclude(context, job)
+        finally:
+            self._over()
+
+    def _conclude(self, context, job):
         """Writes what there is, says what failed."""
         if job.cancelled:
             return {"CANCELLED"}

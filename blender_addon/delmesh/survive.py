@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from .limit import Surface
 from .meshdata import Layer, MeshData, Rows
 
 _DOMAINS = {"POINT": "vertex", "CORNER": "corner", "FACE": "face", "EDGE": "edge"}
@@ -94,23 +95,48 @@ def _groups(a, b):
     return index.reshape(-1), count
 
 
+class _OnSurface:
+    """What lies on `source`, at the elements of `made`, which was made of it: by the library's maps."""
+
+    def __init__(self, delmesh, source, made, **more):
+        self._delmesh, self._source, self._made, self._more = delmesh, source, made, more
+        self._layers = made.layers
+        self.verts, self.edges = made.vert_source, made.edge_source  # -1: none
+
+    def layer(self, number):
+        """Of faces, vertices or corners."""
+        return self._layers[str(number)]
+
+    def normals(self):
+        return self._layers["custom normals"]
+
+    def moves(self, values):
+        """(v, 3) vectors at vertices."""
+        return self._made.transfer(values, domain="vertex", **self._more)
+
+    def rows(self, values):
+        """The vertex groups with these values."""
+        weights = self._source.weights
+        return Rows(*self._delmesh.transfer_rows(self._made, weights.offsets, weights.indices, values, limit=ALL_WEIGHTS,
+                                                 normalise=False, **self._more))
+
+
 class _Result:
     """`made`, which the library made of `source`, as MeshData: the sheets joined again where it cut a non-manifold place open, and
-    what no face uses put back."""
+    what no face uses put back. carried: what lies on the source, at the elements of `made`."""
 
-    def __init__(self, delmesh, source, made, borders_are_free, **more):
-        self.delmesh, self.source, self.made, self.more = delmesh, source, made, more
+    def __init__(self, source, made, carried, borders_are_free):
+        self.source, self.made, self.carried = source, made, carried
         self.borders_are_free = borders_are_free
-        self.layers = made.layers
         join = made.vert_join
         self.stays = np.arange(len(join))
         positions, edges, faces, corner_edges = made.positions, made.edges, made.faces, made.corner_edges.reshape(-1)
-        self.edge_source = made.edge_source
+        self.edge_source = carried.edges
         if (join != self.stays).any():
             positions, edges, faces, corner_edges = self._join(join)
         # A vertex that no face uses stays; so does one at the end of a wire if the mesh has lost it.
         number = np.full(len(source.positions), -1)
-        origin = made.vert_source[self.stays]
+        origin = carried.verts[self.stays]
         number[origin[origin >= 0]] = np.flatnonzero(origin >= 0)
         wires = source.loose_edges()
         wanted = np.ones(len(source.positions), bool)
@@ -128,7 +154,7 @@ class _Result:
             self.data.weights = self._weights()
         self.data.keys = [self._key(key) for key in source.keys]
         if source.normals is not None:
-            self.data.normals = self.layers["custom normals"]
+            self.data.normals = carried.normals()
 
     def _join(self, join):
         while (join[join] != join).any():
@@ -168,16 +194,16 @@ class _Result:
             values = layer.values[self.edge_source]
             values[self.edge_source < 0] = 0
         elif layer.domain == "POINT":
-            values = np.concatenate([self.layers[str(number)][self.stays], layer.values[self.added]])
+            values = np.concatenate([self.carried.layer(number)[self.stays], layer.values[self.added]])
         else:
-            values = self.layers[str(number)]
+            values = self.carried.layer(number)
         return Layer(layer.name, layer.kind, layer.domain, values, layer.texts)
 
     def _weights(self):
         source = self.source.weights
-        made = self._rows(source.values)
+        made = self.carried.rows(source.values)
         if (source.values == 0).any():  # to be in a group with weight 0 is not to be out of it
-            member = self._rows(np.ones_like(source.values))
+            member = self.carried.rows(np.ones_like(source.values))
             key, within = (np.repeat(np.arange(len(rows.offsets) - 1), np.diff(rows.offsets)) * (1 << 32) + rows.indices
                            for rows in (member, made))
             values = np.zeros(len(key), np.float32)
@@ -185,15 +211,10 @@ class _Result:
             made = Rows(member.offsets, member.indices, values)
         return Rows.concatenate([made.take(self.stays), source.take(self.added)])
 
-    def _rows(self, values):
-        source = self.source.weights
-        return Rows(*self.delmesh.transfer_rows(self.made, source.offsets, source.indices, values, limit=ALL_WEIGHTS,
-                                                normalise=False, **self.more))
-
     def _key(self, key):
         """What a key moves is carried, and added to where the vertex is now: exact in float64 where the vertex has not moved."""
         moves = key - self.source.positions.astype(np.float64)
-        moves = np.concatenate([self.made.transfer(moves, domain="vertex", **self.more)[self.stays], moves[self.added]])
+        moves = np.concatenate([self.carried.moves(moves)[self.stays], moves[self.added]])
         return (self.data.positions + moves).astype(np.float32)
 
 
@@ -225,7 +246,7 @@ def remesh(delmesh, data, keep, options, progress, cancel):
                                 f"({estimate.vertices_out:,}); Keep Features, a Tolerance, or a higher Growth Limit")
     result, report = delmesh.remesh(source, map=True, progress=_told(progress, 0.05, 0.95), cancel=cancel, **options)
     progress(0.95, "attributes")
-    made = _Result(delmesh, data, result, options["boundary"] == "ignore", cancel=cancel)
+    made = _Result(data, result, _OnSurface(delmesh, data, result, cancel=cancel), options["boundary"] == "ignore")
     return Outcome([made.data if region is None else _put_back(whole, ~region, made)], _plain(report) | _repairs(source))
 
 
@@ -254,15 +275,49 @@ def _put_back(whole, faces, made):
 
 
 def lod(delmesh, data, keep, options, progress, cancel):
-    """options: those of delmesh.lod_family, and uv_weight."""
+    """options: those of delmesh.lod_family, and uv_weight; cage: what limit.Surface is told, for levels of the limit surface of
+    `data`, whose vertices vert_weights and locked_verts then are of."""
     options = dict(options)
-    source = _import(delmesh, data, keep, options.pop("uv_weight", 0.0), progress=_told(progress, 0, 0.05), cancel=cancel)
+    uv_weight, cage = options.pop("uv_weight", 0.0), options.pop("cage", None)
+    at_first = {"progress": _told(progress, 0, 0.05), "cancel": cancel}
+    if cage:
+        measure = any(target[0] == "deviation" for target in options["targets"])
+        surface = Surface(delmesh, data, _edge_marks(delmesh, data, keep), _layers(delmesh, data, keep, 0.0),
+                          {**cage, "measure": measure}, **at_first)
+        source, carried = surface.mesh, surface.at
+        options.update(_of_surface(surface, options, keep))
+    else:
+        source = _import(delmesh, data, keep, uv_weight, **at_first)
+
+        def carried(level):
+            return _OnSurface(delmesh, data, level, cancel=cancel)
+
     levels, report = delmesh.lod_family(source, map=True, progress=_told(progress, 0.05, 0.9), cancel=cancel, **options)
     made = []
     for i, level in enumerate(levels):
         progress(0.9 + 0.1 * i / len(levels), "attributes")
-        made.append(_Result(delmesh, data, level, options["boundary"] == "ignore", cancel=cancel).data)
+        made.append(_Result(data, level, carried(level), options["boundary"] == "ignore").data)
     return Outcome(made, _plain(report) | _repairs(source), [_plain(level) for level in report.levels])
+
+
+def _of_surface(surface, options, keep):
+    """The options for the mesh of the limit surface, of those that are for the cage. Deviations are from the surface itself."""
+    made = {}
+    if "vert_weights" in options:
+        made["vert_weights"] = surface.values(options["vert_weights"])
+    if "locked_verts" in options:
+        made["locked_verts"] = surface.borders(options["locked_verts"])
+    if "creases" not in keep:
+        made["release"] = ["crease"]
+    made["targets"] = []
+    for target in options["targets"]:
+        if target[0] == "deviation":
+            if target[1] <= surface.distance:
+                raise Refused(f"at this Level the mesh of the smooth surface is off by {surface.distance:.4g} already, and "
+                              f"{target[1]:.4g} were asked for")
+            target = ("deviation", target[1] - surface.distance)
+        made["targets"].append(target)
+    return made
 
 
 def check(delmesh, data, keep, options, progress, cancel):

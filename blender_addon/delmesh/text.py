@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Text for labels."""
+"""Text for labels and reports."""
 
 
 def wrapped(text, width):
@@ -12,3 +12,8 @@ def wrapped(text, width):
         else:
             line = f"{line} {word}".strip()
     yield line
+
+
+def number(value):
+    """With thin spaces between thousands."""
+    return f"{value:,}".replace(",", " ")
