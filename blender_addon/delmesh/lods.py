@@ -9,7 +9,7 @@ import numpy as np
 
 from . import cage, cautions, exchange, survive
 from .operators import Cautions, can_run, repairs, selected_meshes
-from .options import LodOptions
+from .options import LodOptions, aligned
 from .runner import Request, Running
 from .text import number
 
@@ -29,9 +29,7 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
         return can_run(cls, context)
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = aligned(self.layout)
         self.draw_lod(layout, context.active_object)
         self.draw_keep(layout)
 

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from . import cautions, exchange, overlay
-from .options import CheckOptions, RemeshOptions
+from .options import CheckOptions, RemeshOptions, aligned
 from .runner import Request, Running
 from .text import number
 
@@ -84,9 +84,7 @@ class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
         return context.mode == "EDIT_MESH" or can_run(cls, context)
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = aligned(self.layout)
         self.draw_remesh(layout, context.mode == "EDIT_MESH")
         self.draw_keep(layout)
 
@@ -166,9 +164,7 @@ class OBJECT_OT_delmesh_check(Running, CheckOptions, bpy.types.Operator):
         return can_run(cls, context)
 
     def draw(self, _context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = aligned(self.layout)
         layout.prop(self, "boundary")
         layout.prop(self, "select")
 

@@ -16,6 +16,13 @@ def boundary(default):
                         default=default)
 
 
+def aligned(layout):
+    """The layout, with names beside values, as Blender's own panels have them."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout
+
+
 class KeepOptions:
     """What edges are kept for, and what goes along."""
 

@@ -5,7 +5,7 @@ import bpy
 from . import cage, cautions, native
 from .lods import OBJECT_OT_delmesh_lod
 from .operators import OBJECT_OT_delmesh_check, OBJECT_OT_delmesh_remesh
-from .options import KeepOptions, LodOptions, RemeshOptions
+from .options import KeepOptions, LodOptions, RemeshOptions, aligned
 from .text import number, wrapped
 
 
@@ -44,9 +44,7 @@ class VIEW3D_PT_delmesh(_Panel, bpy.types.Panel):
         return context.mode in {"OBJECT", "EDIT_MESH"}
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = aligned(self.layout)
         problem = native.problem()
         if problem:
             layout.label(text="The native library is missing", icon="ERROR")
@@ -68,9 +66,7 @@ class VIEW3D_PT_delmesh_lod(_Panel, bpy.types.Panel):
     modes = {"OBJECT"}
 
     def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = aligned(self.layout)
         settings = context.scene.delmesh
         ob = context.active_object
         settings.lod.draw_lod(layout, ob)
@@ -88,9 +84,7 @@ class VIEW3D_PT_delmesh_keep(_Panel, bpy.types.Panel):
     modes = {"OBJECT", "EDIT_MESH"}
 
     def draw(self, context):
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        context.scene.delmesh.remesh.draw_keep(self.layout)
+        context.scene.delmesh.remesh.draw_keep(aligned(self.layout))
 
 
 class VIEW3D_PT_delmesh_check(_Panel, bpy.types.Panel):
