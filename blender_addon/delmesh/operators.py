@@ -71,6 +71,8 @@ def repairs(cautions_, ob, report):
                        ("reoriented_faces", "faces were turned over to face as their neighbours do")):
         if report[name]:
             cautions_.add(f"{number(report[name])} {text}", ob)
+    if not report["topology_kept"]:
+        cautions_.add("what is smaller than the precision of coordinates had to be cut or removed", ob)
 
 
 class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
@@ -134,6 +136,9 @@ class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
         exchange.write(request.outcome.meshes[0], target.data, target, exchange.Settings(ob.data, ob))
         flips = report["flips"] + report["flips_after"]
         repairs(self._cautions, ob, report)
+        if report["boundary_splits"]:
+            self._cautions.add(f"{number(report['boundary_splits'])} border edges were split; with Borders set to Keep neighbouring "
+                               "parts still fit", ob)
         if flips or report["splits"]:
             for material in cautions.normal_mapped(ob.data):
                 self._cautions.add(f"bake the normal map of {material} anew, the triangles are others", ob)

@@ -135,6 +135,10 @@ class LodOptions(KeepOptions):
                          "original better. 6 is most of what there is to gain", default=0, min=0, soft_max=10)
     uv_weight: FloatProperty(name="UV Weight", description="How much the texture's place counts beside the shape", default=1, min=0,
                              soft_max=10)
+    normal_weight: FloatProperty(name="Normal Weight", description="How much custom normals count beside the shape; 0.1 is a good "
+                                 "start", default=0, min=0, soft_max=1)
+    fit: BoolProperty(name="Fit Textures", description="UV maps, colors and custom normals of a level are those that are right all "
+                      "over its triangles, in the mean, instead of at their corners; seams stay exact", default=False)
     density_group: StringProperty(name="Density", description="A vertex group: where its weight is larger, more triangles stay")
     density_factor: FloatProperty(name="Factor", description="By how much an error counts more where the weight is 1", default=10,
                                   min=0.01, soft_max=100)
@@ -168,6 +172,9 @@ class LodOptions(KeepOptions):
         layout.prop(self, "quality")
         if self.source != "CAGE":
             layout.prop(self, "uv_weight")
+            if ob and ob.type == "MESH" and ob.data.has_custom_normals:
+                layout.prop(self, "normal_weight")
+            layout.prop(self, "fit")
         if ob and ob.type == "MESH":
             layout.prop_search(self, "density_group", ob, "vertex_groups")
         else:
@@ -197,7 +204,8 @@ class LodOptions(KeepOptions):
     def lod_options(self):
         """For survive.lod."""
         return {"prepare": self.prepare.lower(), "boundary": self.boundary.lower(), "quality": self.quality,
-                "feature_angle": math.degrees(self.feature_angle), "uv_weight": self.uv_weight}
+                "feature_angle": math.degrees(self.feature_angle), "uv_weight": self.uv_weight,
+                "normal_weight": self.normal_weight, "fit": self.fit}
 
 
 class CheckOptions:

@@ -27,6 +27,7 @@ class DelmeshRemeshSettings(RemeshOptions, bpy.types.PropertyGroup):
 
 class DelmeshLodSettings(LodOptions, bpy.types.PropertyGroup):
     boundary: boundary("IGNORE")
+    fit: BoolProperty(name="Fit Textures", description=LodOptions.__annotations__["fit"].keywords["description"], default=True)
 
 
 class DelmeshSettings(bpy.types.PropertyGroup):

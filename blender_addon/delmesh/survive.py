@@ -20,6 +20,9 @@ _MARKS = [("uv_seam", "EDGE_SEAM", "seams"), ("use_seam", "EDGE_SEAM", "seams"),
           ("crease", "EDGE_CREASE", "creases"),
           ("bevel_weight_edge", "EDGE_MARKED", "creases"), ("bevel_weight", "EDGE_MARKED", "creases"),
           ("freestyle_edge", "EDGE_MARKED", "freestyle"), ("use_freestyle_mark", "EDGE_MARKED", "freestyle")]
+_COLORS = ("FLOAT_COLOR", "BYTE_COLOR")
+_SEEN = ("UV", *_COLORS)  # and so better right all over a face than at its corners
+_TAKING_PART = ("uv_weight", "normal_weight", "fit")
 # What edges can be kept for; the options of the operators
 KEEP = ("seams", "sharp", "creases", "freestyle", "materials", "uv_borders", "colors", "face_sets", "normals")
 
@@ -58,16 +61,19 @@ def _edge_marks(delmesh, data, keep):
     return marks
 
 
-def _layers(delmesh, data, keep, uv_weight):
-    """{number: delmesh.Layer} of the layers but those of edges, which follow the edges by their numbers."""
+def _layers(delmesh, data, keep, uv_weight=0.0, normal_weight=0.0, fit=False):
+    """{number: delmesh.Layer} of the layers but those of edges, which follow the edges by their numbers. uv_weight, normal_weight,
+    fit: see delmesh.Layer."""
     layers = {}
     for number, layer in enumerate(data.layers):
         given = {"domain": _DOMAINS[layer.domain], "policy": _policy(layer)}
         if layer.domain == "EDGE":
             continue
+        if layer.kind in _SEEN and layer.domain in ("POINT", "CORNER"):
+            given.update(fit=fit)
         if layer.kind == "UV" and "uv_borders" in keep:
             given.update(kind="uv", tolerance=UV_TOLERANCE, weight=uv_weight)
-        elif layer.kind in ("FLOAT_COLOR", "BYTE_COLOR") and layer.domain == "CORNER" and "colors" in keep:
+        elif layer.kind in _COLORS and layer.domain == "CORNER" and "colors" in keep:
             given.update(kind="color", border="keep")
         elif layer.name == "material_index" and layer.domain == "FACE" and "materials" in keep:
             given.update(kind="material")
@@ -77,13 +83,14 @@ def _layers(delmesh, data, keep, uv_weight):
     if data.normals is not None:
         layers["custom normals"] = delmesh.Layer(
             data.normals, domain="corner", policy="direction", kind="normal", tolerance=NORMAL_TOLERANCE,
-            border="keep" if "normals" in keep else "free")
+            border="keep" if "normals" in keep else "free", weight=normal_weight, fit=fit)
     return layers
 
 
-def _import(delmesh, data, keep=KEEP, uv_weight=0.0, **more):
+def _import(delmesh, data, keep=KEEP, taking_part=None, **more):
+    """taking_part: the options of _layers."""
     return delmesh.Mesh(data.positions, corner_verts=data.corner_verts, face_offsets=data.face_offsets, edges=data.edges,
-                        edge_marks=_edge_marks(delmesh, data, keep), layers=_layers(delmesh, data, keep, uv_weight), **more)
+                        edge_marks=_edge_marks(delmesh, data, keep), layers=_layers(delmesh, data, keep, **(taking_part or {})), **more)
 
 
 # ---- From the library -------------------------------------------------------------------------------------------------------
@@ -275,19 +282,20 @@ def _put_back(whole, faces, made):
 
 
 def lod(delmesh, data, keep, options, progress, cancel):
-    """options: those of delmesh.lod_family, and uv_weight; cage: what limit.Surface is told, for levels of the limit surface of
+    """options: those of delmesh.lod_family, and those of _layers; cage: what limit.Surface is told, for levels of the limit surface of
     `data`, whose vertices vert_weights and locked_verts then are of."""
     options = dict(options)
-    uv_weight, cage = options.pop("uv_weight", 0.0), options.pop("cage", None)
+    taking_part = {name: options.pop(name) for name in _TAKING_PART if name in options}
+    cage = options.pop("cage", None)
     at_first = {"progress": _told(progress, 0, 0.05), "cancel": cancel}
     if cage:
         measure = any(target[0] == "deviation" for target in options["targets"])
-        surface = Surface(delmesh, data, _edge_marks(delmesh, data, keep), _layers(delmesh, data, keep, 0.0),
+        surface = Surface(delmesh, data, _edge_marks(delmesh, data, keep), _layers(delmesh, data, keep),
                           {**cage, "measure": measure}, **at_first)
         source, carried = surface.mesh, surface.at
         options.update(_of_surface(surface, options, keep))
     else:
-        source = _import(delmesh, data, keep, uv_weight, **at_first)
+        source = _import(delmesh, data, keep, taking_part, **at_first)
 
         def carried(level):
             return _OnSurface(delmesh, data, level, cancel=cancel)

@@ -2,11 +2,10 @@
 """The operators Delaunay LOD Family and Check Delaunay."""
 import bpy
 import numpy as np
-from support import Case, add_object, corner_verts, fingerprint, folded_sheet, monkey, part, points, select
-
+from support import Case, add_object, add_uv, corner_verts, fingerprint, folded_sheet, monkey, part, points, select, uv
 
 DEFAULTS = {"by": "RATIO", "lod0": "ORIGINAL", "source": "BASE", "structure": "COLLECTION", "prepare": "FLIP", "replace": True,
-            "boundary": "NONOBTUSE", "density_group": ""}
+            "boundary": "NONOBTUSE", "density_group": "", "fit": False, "uv_weight": 1, "normal_weight": 0}
 
 
 def lod(*objects, **options):
@@ -144,6 +143,20 @@ class Levels(Case):
             shares.append(np.mean([p.center.x < 0.5 for p in mesh.polygons]))
         self.assertLess(shares[0], 0.6)
         self.assertGreater(shares[1], 0.65)
+
+    def test_textures_fit(self):
+        ob = sheet("sheet", 0, 48, 48)
+        place = points(ob.data)[corner_verts(ob.data)]
+        add_uv(ob.data, "bent", place[:, :2] ** 2)
+        errors = []
+        for fit in (False, True):
+            lod(ob, ratios="0.02", uv_weight=0, fit=fit)
+            mesh = bpy.data.objects["sheet_LOD1"].data
+            corners = points(mesh)[corner_verts(mesh)].reshape(-1, 3, 3)
+            off = uv(mesh, "bent").reshape(-1, 3, 2).mean(axis=1) - corners.mean(axis=1)[:, :2] ** 2
+            area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+            errors.append(np.average((off ** 2).sum(axis=1), weights=area))
+        self.assertLess(errors[1], 0.8 * errors[0])
 
     def test_kits_still_fit(self):
         for rotation in (0, 0.7):
