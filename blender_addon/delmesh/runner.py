@@ -2,6 +2,7 @@
 """Runs of the library: in this thread, or in one of their own while Blender's window stays alive. Meshes are read before and
 written after all of them, on Blender's main thread, so a run that fails or is cancelled leaves nothing behind."""
 import threading
+import time
 
 import bpy
 
@@ -10,6 +11,7 @@ from . import isolation, native, survive
 AT_ONCE = 40_000  # triangles: below, a run takes no longer than a look at its progress
 _VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}
 _TICK = 0.05  # seconds between two looks at the progress
+_TELL = 0.5  # and between two texts at least: each is a redraw of the window
 
 
 class Request:
@@ -105,6 +107,7 @@ class Running:
     _finish(context, requests) -> result of the operator, and _over(), called after requests were made, whatever became of them."""
 
     _job = _timer = _text = None
+    _told_at = 0.0
 
     def execute(self, context):
         job = self._begin(context)
@@ -159,11 +162,10 @@ class Running:
         self._over()
 
     def _show(self, context):
-        """Each text is a redraw, and that may take long with a large model in view."""
-        percent = int(100 * self._job.fraction)
+        now, percent = time.perf_counter(), int(100 * self._job.fraction)
         text = f"{self.bl_label}: {self._job.stage} {percent} %  |  Esc: Cancel"
-        if text != self._text:
-            self._text = text
+        if text != self._text and now - self._told_at > _TELL:
+            self._text, self._told_at = text, now
             context.workspace.status_text_set(text)
             context.window_manager.progress_update(percent)
 
