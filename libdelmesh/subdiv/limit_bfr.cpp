@@ -9,6 +9,10 @@ namespace {
 // OpenSubdiv's defaults are 2 and 6; at 2, points beside irregular vertices are off by up to 3e-3 of the size of a cage
 // (docs/subdivide.md).
 constexpr int kSmoothLevel = 6, kSharpLevel = 8;
+// OpenSubdiv keeps what it has refined around an irregular face, for faces around which all is alike. Beside a vertex of n faces
+// that takes n^2 numbers, and where it is on a boundary no two of its faces are alike: n = 400 took 6 GB. So it keeps nothing
+// of cages with such a vertex.
+constexpr int kMostKept = 64;
 
 Osd::Sdc::SchemeType scheme_of(const CageRules& rules) {
     switch (rules.scheme) {
@@ -99,9 +103,10 @@ std::unique_ptr<Osd::Far::TopologyRefiner> make_refiner(Memory& memory, const Ca
 // ---- Limit ------------------------------------------------------------------------------------------------------------------
 
 Limit::Made::Made(std::unique_ptr<Osd::Far::TopologyRefiner> made)
-    : refiner(std::move(made)),
-      surfaces(*refiner,
-               Osd::Bfr::SurfaceFactory::Options().SetApproxLevelSmooth(kSmoothLevel).SetApproxLevelSharp(kSharpLevel)) {}
+    : refiner(std::move(made)), surfaces(*refiner, Osd::Bfr::SurfaceFactory::Options()
+                                                       .SetApproxLevelSmooth(kSmoothLevel)
+                                                       .SetApproxLevelSharp(kSharpLevel)
+                                                       .EnableCaching(refiner->GetMaxValence() <= kMostKept)) {}
 
 Limit::~Limit() {
     delete made_;

@@ -2,6 +2,11 @@
 """Cages: the limit surface, layers at the places of levels, poses, refusals."""
 import unittest
 
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
+
 from support import SHARED, main, np, read_obj
 
 import delmesh
@@ -113,6 +118,21 @@ class Cages(unittest.TestCase):
             dense.mesh.cage.normals(plain)
         with self.assertRaises(delmesh.Cancelled):
             delmesh.subdivide(CUBE, FACES, 64, progress=lambda fraction, stage: False)
+
+    @unittest.skipUnless(resource, "address space cannot be limited here")
+    def test_many_faces_around_a_vertex(self):
+        """On a boundary no two of them are alike, so that OpenSubdiv would keep what it refines around each: 2.5 GB."""
+        n = 300
+        angle = np.linspace(0, np.pi, n + 1)
+        points = np.concatenate([[[0, 0, 0.3]], np.stack([np.cos(angle), np.sin(angle), 0.1 * np.sin(5 * angle)], axis=-1)])
+        faces = np.stack([np.zeros(n, int), np.arange(1, n + 1), np.arange(2, n + 2)], axis=-1)
+        limit = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (1500 << 20, limit[1]))
+        try:
+            dense = delmesh.subdivide(points, faces, 4, boundary="edge")
+        finally:
+            resource.setrlimit(resource.RLIMIT_AS, limit)
+        self.assertEqual(len(dense.faces), 24 * n)
 
     def test_real_cage(self):
         path = SHARED / "data" / "clean" / "spot_control_mesh.obj"
