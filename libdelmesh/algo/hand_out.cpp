@@ -2,10 +2,12 @@
 #include "algo/hand_out.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "algo/parallel_slices.h"
+#include "mesh/slices.h"
 #include "mesh/source_map.h"
 
 namespace dm {
@@ -113,58 +115,107 @@ Status number_vertices(Context& context, Surface& s, bool compact, Numbers& numb
     });
 }
 
-// Dead faces are closed up, in place, keeping the order: first inside of each block, then the blocks.
-Status close_up_faces(Context& context, Surface& s) {
-    const int64_t faces = s.faces(), blocks = block_count(faces, kGrain);
-    Array<int32_t> place(context.memory(), blocks + 1, 0); // of each block's first face, afterwards
-    DM_TRY(context.parallel(faces, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
-        for (int64_t f = begin; f < end; ++f) place[block + 1] += s.is_dead(static_cast<int32_t>(f)) ? 0 : 1;
-    }));
-    for (int64_t b = 0; b < blocks; ++b) place[b + 1] += place[b];
-    int64_t first = 0; // the first block with a dead face: those before it stay
-    while (first < blocks && place[first + 1] == std::min(faces, (first + 1) * kGrain)) ++first;
-    const int64_t still = first * kGrain;
-    Array<int32_t> moved(context.memory(), faces - std::min(faces, still));
-    DM_TRY(context.parallel(moved.size(), kGrain, [&](int64_t block, int64_t begin, int64_t end) {
-        int32_t next = place[first + block];
-        for (int64_t i = begin; i < end; ++i) moved[i] = s.is_dead(static_cast<int32_t>(still + i)) ? -1 : next++;
-    }));
-    DM_TRY(context.parallel(faces, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
-        const auto moved_twin = [&](int32_t t) { return t < 0 || t < 3 * still ? t : 3 * moved[face_of(t) - still] + t % 3; };
-        if (block < first) {
-            for (int64_t c = 3 * begin; c < 3 * end; ++c) s.corner_twin[c] = moved_twin(s.corner_twin[c]);
-            return;
-        }
-        int64_t live = begin;
-        for (int64_t f = begin; f < end; ++f) {
-            if (moved[f - still] < 0) continue;
-            for (int32_t k = 0; k < 3; ++k) {
-                const int64_t from = 3 * f + k, to = 3 * live + k;
-                const int32_t t = s.corner_twin[from];
-                s.corner_vert[to] = s.corner_vert[from];
-                s.corner_bits[to] = s.corner_bits[from];
-                s.corner_twin[to] = moved_twin(t);
-                if (is_cut(t)) s.cut_slots[cut_slot(t)].corner = 3 * moved[f - still] + k;
+// Which faces are dead, and how many of them there are before a face.
+class DeadFaces {
+public:
+    static constexpr int32_t kGroup = 8; // faces
+
+    explicit DeadFaces(Memory& memory) : dead_(memory), before_(memory) {}
+
+    Status find(Context& context, const Surface& s) {
+        const int32_t faces = s.faces();
+        const int64_t groups = block_count(faces, kGroup);
+        dead_.resize_uninitialized(groups);
+        before_.resize_uninitialized(groups);
+        DM_TRY(context.parallel(groups, kGrain / kGroup, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i) {
+                const int32_t first = static_cast<int32_t>(i) * kGroup, count = std::min(kGroup, faces - first);
+                uint32_t bits = 0;
+                for (int32_t k = 0; k < count; ++k) bits |= (s.is_dead(first + k) ? 1u : 0u) << k;
+                dead_[i] = static_cast<uint8_t>(bits);
             }
-            s.face_src[live++] = s.face_src[f];
+        }));
+        int32_t sum = 0;
+        for (int64_t i = 0; i < groups; ++i) {
+            before_[i] = dead_[i] == 0 ? sum : ~sum;
+            sum += std::popcount(dead_[i]);
         }
-    }));
-    for (int64_t b = first + 1; b < blocks; ++b) {
-        const int64_t from = b * kGrain, to = place[b], count = place[b + 1] - place[b];
-        const auto slide = [&](auto& array, int64_t each) {
-            std::copy_n(array.data() + each * from, each * count, array.data() + each * to);
-        };
-        slide(s.corner_vert, 3);
-        slide(s.corner_bits, 3);
-        slide(s.corner_twin, 3);
-        slide(s.face_src, 1);
+        return DELMESH_OK;
     }
-    const int64_t live = place[blocks];
-    s.corner_vert.resize_uninitialized(3 * live);
-    s.corner_bits.resize_uninitialized(3 * live);
-    s.corner_twin.resize_uninitialized(3 * live);
-    s.face_src.resize_uninitialized(live);
-    return DELMESH_OK;
+
+    bool is_dead(int32_t face) const { return (dead_[face / kGroup] >> face % kGroup & 1) != 0; }
+    bool are_some(int32_t group) const { return dead_[group] != 0; }
+    int32_t before(int32_t face) const {
+        const int32_t group = face / kGroup, of_group = before_[group];
+        if (of_group >= 0) return of_group; // nearly always
+        return ~of_group + std::popcount(dead_[group] & ((1u << face % kGroup) - 1));
+    }
+
+private:
+    Array<uint8_t> dead_;   // per group
+    Array<int32_t> before_; // per group: the dead faces before it, as a negative number if it has some itself
+};
+
+// Dead faces are closed up, in place, keeping the order: the faces of a slice move to its beginning, then all slices but the first
+// to where the one before them ends.
+Status close_up_faces(Context& context, Surface& s) {
+    constexpr int32_t kGroup = DeadFaces::kGroup;
+    const int32_t faces = s.faces();
+    DeadFaces dead(context.memory());
+    DM_TRY(dead.find(context, s));
+    const auto moved_corner = [&](int32_t c) { return c - 3 * dead.before(face_of(c)); };
+    const auto move = [&](int32_t from, int32_t end, int32_t to) { // faces [from, end)
+        const auto move_in = [&](auto& array, int64_t each) {
+            if (from != to) std::copy(array.data() + each * from, array.data() + each * end, array.data() + each * to);
+        };
+        move_in(s.corner_vert, 3);
+        move_in(s.corner_bits, 3);
+        move_in(s.face_src, 1);
+        const int32_t* const twin = s.corner_twin.data();
+        int32_t* const moved = s.corner_twin.data() - 3 * static_cast<int64_t>(from - to);
+        for (int32_t c = 3 * from; c < 3 * end; ++c) {
+            const int32_t t = twin[c];
+            moved[c] = t < 0 ? t : moved_corner(t);
+            if (is_cut(t)) s.cut_slots[cut_slot(t)].corner = moved_corner(c);
+        }
+    };
+    const int64_t slices = few_slices(context, faces, s.vertices());
+    const int32_t slice = static_cast<int32_t>(block_count(block_count(faces, slices), kGroup)) * kGroup;
+    Array<int32_t> live(context.memory(), slices, 0); // faces
+    DM_TRY(context.parallel(slices, 1, [&](int64_t k, int64_t, int64_t) {
+        const int32_t begin = static_cast<int32_t>(k) * slice, end = std::min(faces, begin + slice);
+        int32_t first = begin, next = begin; // of the faces that move together, and where they go
+        const auto move_until = [&](int32_t f) {
+            move(first, f, next);
+            next += f - first;
+            first = f + 1;
+        };
+        for (int32_t group = begin; group < end; group += kGroup) {
+            if (!dead.are_some(group / kGroup)) continue;
+            for (int32_t f = group; f < std::min(group + kGroup, end); ++f)
+                if (dead.is_dead(f)) move_until(f);
+        }
+        move_until(end);
+        live[k] = next - begin;
+    }));
+    const auto slide = [&](auto& array, int64_t each) {
+        int64_t next = live[0];
+        for (int64_t k = 1; k < slices; next += live[k++]) {
+            const auto* const from = array.data() + each * k * slice;
+            std::copy(from, from + each * live[k], array.data() + each * next);
+        }
+        array.resize_uninitialized(each * next);
+    };
+    return context.parallel(3, 1, [&](int64_t task, int64_t, int64_t) { // nothing grows
+        if (task == 0)
+            slide(s.corner_vert, 3);
+        else if (task == 1)
+            slide(s.corner_twin, 3);
+        else {
+            slide(s.corner_bits, 3);
+            slide(s.face_src, 1);
+        }
+    });
 }
 
 struct Share {
