@@ -8,7 +8,8 @@
 // surface itself, and undone unless it ends with a Delaunay mesh that has no more vertices. Equal numbers are kept, which is what
 // lets the search move on. Every NLD edge of the input needs one vertex, so what there is to win is in all others: half of the
 // rounds are spent around those. With effort 1 a large mesh has no time for moves that win nothing: there a trial has to end with
-// fewer vertices, is given up as soon as more edges are left to split than that allows, and few are made around the same vertex.
+// fewer vertices, is given up as soon as more edges are left to split than that allows, and few are made around the same vertex:
+// the fewer, the fewer vertices there are around it.
 #include "algo/loop.h"
 
 #include <algorithm>
@@ -26,6 +27,10 @@ constexpr double kLeastTrials = 8192; // in a round
 constexpr double kVerticesPerTrial = 10;     // of the input
 constexpr double kVerticesPerShortTrial = 8; // the same where trials do not wander
 constexpr int32_t kMostFailures = 3;         // of such trials around one vertex
+// Where flips may move the surface by no more than this, in units in the last place, one vertex hardly ever does for two. So a trial
+// that has to end with fewer takes out more than two.
+constexpr double kHardlyMoves = 8;
+constexpr int64_t kLeastToWin = 3;
 
 // Cotangent of the angle at x between a and b: the smaller, the wider.
 double cotangent(const Vec3& a, const Vec3& b, const Vec3& x) {
@@ -265,11 +270,20 @@ Status Loop::search(int64_t most) {
             drop_centre(pick);
             continue;
         }
-        gather_region(centres[pick].vert, kLeastRegion + random_below(kMostTaken - kLeastRegion + 1));
+        const bool is_stiff = !wanders() && rules.free_movement.anywhere <= kHardlyMoves * rules.resolution;
+        const int64_t least = is_stiff ? kLeastToWin : kLeastRegion;
+        const int64_t most_taken = least + random_below(kMostTaken - least + 1);
+        gather_region(centres[pick].vert, most_taken);
+        if (is_stiff && region.size() < least) {
+            drop_centre(pick);
+            continue;
+        }
         bool kept = false;
         DM_TRY(try_without(region, region.size() - (wanders() ? 0 : 1), kept));
         if (!kept) {
-            if (++centres[pick].failures == kMostFailures && !wanders()) drop_centre(pick);
+            const bool are_all = is_stiff && region.size() == least && most_taken > least; // there is hardly another way to try
+            centres[pick].failures += are_all ? 2 : 1;
+            if (centres[pick].failures >= kMostFailures && !wanders()) drop_centre(pick);
             continue;
         }
         for (const int32_t v : trial_made) {
