@@ -122,21 +122,27 @@ static bool keep_old(Output* out) {
     char* old = malloc(room);
     if (!old) return fail_memory(out->failure);
     snprintf(old, room, "%s~", out->temporary);
-    /* Where files have one name only, nothing is at the target for a moment. */
-    if (link(out->target, old) == 0 || (errno != ENOENT && rename(out->target, old) == 0)) {
-        out->old = old;
+    out->old = old;
+    if (link(out->target, old) == 0) {
         interrupt_add_file(old);
         return true;
     }
+    /* Where files have one name only, nothing is at the target for a moment; then no signal may remove this one. */
+    if (errno != ENOENT && rename(out->target, old) == 0) return true;
+    const bool ok = errno == ENOENT || fail_errno(out, "set aside");
     free(old);
-    return errno == ENOENT || fail_errno(out, "set aside");
+    out->old = NULL;
+    return ok;
 }
 
 static void put_back(Output* out) {
-    if (out->old)
-        rename(out->old, out->target);
-    else
+    if (!out->old) {
         unlink(out->target);
+    } else if (rename(out->old, out->target) != 0) { /* nothing is lost: it stays under its other name */
+        interrupt_remove_file(out->old);
+        free(out->old);
+        out->old = NULL;
+    }
 }
 
 bool output_commit(Output* outs, int count, bool ok, Failure* failure) {

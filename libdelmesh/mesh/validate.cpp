@@ -89,8 +89,9 @@ private:
                      layer.kind);
             DM_HOLDS(layer.components >= 1 && layer.components <= 16, "Layer %lld had %d components.", LL{i}, layer.components);
             DM_HOLDS(layer.borders >= 0 && layer.borders <= edges, "Layer %lld had %lld borders.", LL{i}, LL{layer.borders});
-            DM_HOLDS(layer.first_value == -1 || (layer.first_value >= 0 && layer.first_value <= mesh_.layer_values.size() &&
-                                                 layer.components * layer_value_count(mesh_) <= mesh_.layer_values.size() - layer.first_value),
+            DM_HOLDS(layer.first_value == -1 ||
+                         (layer.first_value >= 0 && layer.first_value <= mesh_.layer_values.size() &&
+                          layer.components * layer_value_count(mesh_) <= mesh_.layer_values.size() - layer.first_value),
                      "Layer %lld had its values at %lld of %lld.", LL{i}, LL{layer.first_value}, LL{mesh_.layer_values.size()});
         }
         DM_HOLDS(mesh_.corner_cage.size() == (mesh_.cage != 0 ? corners : 0), "corner_cage had %lld corners of %lld.",
