@@ -160,7 +160,6 @@ Status decimate(Context& context, const Mesh& in, const delmesh_target* targets,
         level.bound = -1;
         if (i == 0 && is_level) {
             DM_TRY(context.stage("export", from, to));
-            maker.take_full();
             DM_TRY(certify(i));
             level.stopped_by = DELMESH_STOPPED_BY_TARGET;
             level.seconds = watch.lap();

@@ -9,11 +9,16 @@
 #include "mesh/source_map.h"
 
 namespace dm {
+namespace {
+
+constexpr int64_t kGrain = 1 << 13, kPlaces = 512; // elements that are copied, or looked for
+
+} // namespace
 
 LevelMaker::LevelMaker(Context& context_, const Mesh& in_, const Mesh& full_, const SpatialOrder& order_, const Surface& surface,
                        const Decimator& decimator)
     : context(context_), in(in_), full(full_), order(order_), s(surface), d(decimator), in_tree(context_.memory()),
-      near(context_.memory()), verts(context_.memory()) {}
+      near(context_.memory()), verts(context_.memory()), faces(context_.memory()) {}
 
 // A vertex of the Delaunay mesh that is a source vertex; -1 if it was made by a split.
 int32_t LevelMaker::source_of(int32_t v) const {
@@ -24,9 +29,11 @@ int32_t LevelMaker::source_of(int32_t v) const {
 Status LevelMaker::make(Mesh& out, Mesh* before) {
     Memory& memory = context.memory();
     Array<int32_t> number(memory, s.vertices(), -1), face_number(memory, s.faces(), -1);
-    const Array<int32_t> verts_of_before = std::move(verts);
-    verts = Array<int32_t>(memory);
-    for (const int32_t v : order.new_vert) // in the order of the Delaunay mesh
+    // What is left of the level before, or of the Delaunay mesh, in that one's order.
+    const Array<int32_t> last_verts = std::exchange(verts, Array<int32_t>(memory));
+    const Array<int32_t> last_faces = std::exchange(faces, Array<int32_t>(memory));
+    const Array<int32_t>& verts_of_before = last_verts.empty() ? order.new_vert : last_verts;
+    for (const int32_t v : verts_of_before)
         if (s.vert_corner[v] >= 0) {
             number[v] = static_cast<int32_t>(verts.size());
             verts.push_back(v);
@@ -36,38 +43,42 @@ Status LevelMaker::make(Mesh& out, Mesh* before) {
     set_source_counts(in, out);
     out.vertex_count = static_cast<int32_t>(verts.size());
     const auto write = [&](auto& positions) {
-        positions.reserve(3 * verts.size());
+        positions.resize_uninitialized(3 * verts.size());
         using Real = std::remove_reference_t<decltype(positions[0])>;
-        for (const int32_t v : verts)
-            for (const double x : {s.at(v).x, s.at(v).y, s.at(v).z}) positions.push_back(static_cast<Real>(x)); // exact
+        return context.parallel(verts.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i) {
+                const Vec3& x = s.at(verts.data()[i]);
+                Real* const to = positions.data() + 3 * i;
+                to[0] = static_cast<Real>(x.x), to[1] = static_cast<Real>(x.y), to[2] = static_cast<Real>(x.z); // exact
+            }
+        });
     };
-    if (out.precision == Precision::f32)
-        write(out.pos32);
-    else
-        write(out.pos64);
+    DM_TRY(out.precision == Precision::f32 ? write(out.pos32) : write(out.pos64));
     DM_TRY(context.progress(0.2));
 
-    int32_t faces = 0;
-    for (const int32_t f : order.new_face)
-        if (!s.is_dead(f)) face_number[f] = faces++;
-    DM_TRY(context.progress(0.3));
-    out.corner_vert.resize_uninitialized(3 * static_cast<int64_t>(faces));
-    out.corner_twin.resize_uninitialized(3 * static_cast<int64_t>(faces));
-    out.corner_bits.resize_uninitialized(3 * static_cast<int64_t>(faces));
-    out.face_source.resize_uninitialized(faces);
-    for (int32_t f = 0; f < s.faces(); ++f) {
-        if (f % (1 << 18) == 0) DM_TRY(context.progress(0.3));
-        const int32_t n = face_number[f];
-        if (n < 0) continue;
-        for (int32_t k = 0; k < 3; ++k) {
-            const int32_t c = 3 * f + k, t = s.twin(c);
-            out.corner_vert[3 * n + k] = number[s.vert(c)];
-            out.corner_twin[3 * n + k] = t < 0 ? t : 3 * face_number[face_of(t)] + t % 3;
-            out.corner_bits[3 * n + k] = s.corner_bits[c];
+    for (const int32_t f : last_faces.empty() ? order.new_face : last_faces)
+        if (!s.is_dead(f)) {
+            face_number[f] = static_cast<int32_t>(faces.size());
+            faces.push_back(f);
         }
-        const int32_t source = order.old_face[s.face_src[f]];
-        out.face_source[n] = full.face_source.empty() ? source : full.face_source[source];
-    }
+    DM_TRY(context.progress(0.3));
+    out.corner_vert.resize_uninitialized(3 * faces.size());
+    out.corner_twin.resize_uninitialized(3 * faces.size());
+    out.corner_bits.resize_uninitialized(3 * faces.size());
+    out.face_source.resize_uninitialized(faces.size());
+    DM_TRY(context.parallel(faces.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+        for (int32_t n = static_cast<int32_t>(begin); n < end; ++n) {
+            const int32_t f = faces.data()[n];
+            for (int32_t k = 0; k < 3; ++k) {
+                const int32_t c = 3 * f + k, t = s.twin(c);
+                out.corner_vert[3 * n + k] = number[s.vert(c)];
+                out.corner_twin[3 * n + k] = t < 0 ? t : 3 * face_number[face_of(t)] + t % 3;
+                out.corner_bits[3 * n + k] = s.corner_bits[c];
+            }
+            const int32_t source = order.old_face[s.face_src[f]];
+            out.face_source[n] = full.face_source.empty() ? source : full.face_source[source];
+        }
+    }));
     out.cut_slots.copy_from(s.cut_slots);
     for (CutSlot& slot : out.cut_slots)
         if (slot.corner >= 0) slot.corner = 3 * face_number[face_of(slot.corner)] + slot.corner % 3;
@@ -91,18 +102,18 @@ void LevelMaker::find_staying(Array<uint8_t>& stays) const {
 // The source's faces along the order in space that its vertices have been given.
 Status LevelMaker::make_tree() {
     Memory& memory = context.memory();
-    Array<int32_t> corner(memory, in.vertices(), -1), faces(memory); // corner: of each vertex one
+    Array<int32_t> corner(memory, in.vertices(), -1), sorted(memory); // corner: of each vertex one
     for (int32_t c = in.corners() - 1; c >= 0; --c) corner[in.corner_vert[c]] = c;
     Array<uint8_t> seen(memory, in.faces(), 0);
-    faces.reserve(in.faces());
+    sorted.reserve(in.faces());
     near.resize_uninitialized(s.vertices());
     const auto add = [&](int32_t f) {
-        if (seen[f] == 0) faces.push_back(f);
+        if (seen[f] == 0) sorted.push_back(f);
         seen[f] = 1;
     };
     for (int32_t v = 0; v < s.vertices(); ++v) {
         if (v % (1 << 16) == 0) DM_TRY(context.progress(0));
-        near[v] = static_cast<int32_t>(std::min<int64_t>(faces.size(), in.faces() - 1));
+        near[v] = static_cast<int32_t>(std::min<int64_t>(sorted.size(), in.faces() - 1));
         const int32_t source = source_of(v);
         if (source < 0 || corner[source] < 0) continue;
         int32_t c = corner[source], left = 64; // of a hub others bring the rest
@@ -110,7 +121,7 @@ Status LevelMaker::make_tree() {
         while (--left > 0 && (c = in.corner_twin[prev_corner(c)]) >= 0 && c != corner[source]);
     }
     for (int32_t f = 0; f < in.faces(); ++f) add(f);
-    return in_tree.build(context, in, std::move(faces));
+    return in_tree.build(context, in, std::move(sorted));
 }
 
 Status LevelMaker::map_to_source(Mesh& out) {
@@ -137,8 +148,7 @@ Status LevelMaker::map_to_source(Mesh& out) {
         out.vert_source[i] = moved ? -1 : source_of(d.place_of[v]);
         if (out.vert_source[i] < 0 && in_tree.empty()) DM_TRY(make_tree());
     }
-    constexpr int64_t kGrain = 512;
-    return context.parallel(verts.size(), kGrain, [&](int64_t, int64_t begin, int64_t end) {
+    return context.parallel(verts.size(), kPlaces, [&](int64_t, int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
             const int32_t source = out.vert_source[i];
             if (source >= 0) {
@@ -157,8 +167,9 @@ Status LevelMaker::map_to_source(Mesh& out) {
 }
 
 void LevelMaker::trace(const Mesh& out, LevelTraces& traces) const {
-    for (const int32_t f : order.new_face)
-        if (!s.is_dead(f)) traces.face.push_back(order.old_face[s.face_src[f]]);
+    traces.face.reserve(faces.size());
+    for (const int32_t f : faces) traces.face.push_back(order.old_face[s.face_src[f]]);
+    traces.same.reserve(out.vertices());
     traces.into.assign(full.vertices(), -1);
     for (int32_t i = 0; i < out.vertices(); ++i) {
         const int32_t v = verts[i];

@@ -14,10 +14,8 @@ public:
     // in: the source; full: the Delaunay mesh made of it, of which `surface` is a copy in another order that `decimator` works on.
     LevelMaker(Context& context, const Mesh& in, const Mesh& full, const SpatialOrder& order, const Surface& surface,
                const Decimator& decimator);
-    // `full` itself is the first level.
-    void take_full() { verts.copy_from(order.new_vert); }
-    // Everything but where its vertices lie on the source. before: the level before, whose parents are filled in; null if there is
-    // none.
+    // Everything but where its vertices lie on the source. before: the level before, whose parents are filled in, the one made last
+    // or `full` itself; null if there is none.
     Status make(Mesh& out, Mesh* before);
     // Which vertices of the level just made may not be moved any more.
     void find_staying(Array<uint8_t>& stays) const;
@@ -35,9 +33,9 @@ private:
     const SpatialOrder& order;
     const Surface& s;
     const Decimator& d;
-    FaceTree in_tree;     // of `in`; made when it is first needed
-    Array<int32_t> near;  // per vertex of the surface, a place in the tree's order
-    Array<int32_t> verts; // of the level made last, as the surface numbers them
+    FaceTree in_tree;            // of `in`; made when it is first needed
+    Array<int32_t> near;         // per vertex of the surface, a place in the tree's order
+    Array<int32_t> verts, faces; // of the level made last, as the surface numbers them; empty: all
 };
 
 } // namespace dm
