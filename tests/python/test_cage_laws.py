@@ -49,7 +49,8 @@ class File:
         self.sizes = np.array([len(face) for face in self.faces])
         self.corners = np.concatenate([np.array(face) for face in self.faces])
         edges = collections.Counter(tuple(sorted(pair)) for face in self.faces for pair in zip(face, face[1:] + face[:1]))
-        self.edges, self.boundary = len(edges), sum(n == 1 for n in edges.values())
+        self.rim = {edge for edge, n in edges.items() if n == 1}
+        self.boundary = len(self.rim)
         self.creases = {pair: sharpness for pair, sharpness in self.creases.items() if pair in edges}
         self.diagonal = np.linalg.norm(self.points.max(axis=0) - self.points.min(axis=0))
 
@@ -93,6 +94,33 @@ class Laws(unittest.TestCase):
                         elif sharpness == 10.0:
                             self.assertLessEqual(np.count_nonzero(apart > 1e-8), sum(n == 1 for n in ends.values()))
                             self.assertLess(apart.max(), 4e-3 / rate)
+
+    def test_creases_are_sharp(self):
+        """Where two edges that are sharp for ever meet, the limit is that of their own line, whatever is beside it: the cubic
+        B-spline. Where more meet, the vertex stays."""
+        for name in NAMES:
+            file = File(DATA / name)
+            if not file.creases:
+                continue
+            sharp = collections.defaultdict(list)
+            for a, b in file.rim | set(file.creases):
+                sharp[a].append(b)
+                sharp[b].append(a)
+            rim = {v for edge in file.rim for v in edge}
+            inside = {v: ends for v, ends in sharp.items() if v not in rim}
+            x = file.points
+            expected = [x[v] for v, ends in inside.items() if len(ends) > 2]
+            expected += [(x[ends[0]] + 4 * x[v] + x[ends[1]]) / 6 for v, ends in inside.items() if len(ends) == 2]
+            vertices = len(expected)
+            for a, b in file.creases:
+                if len(inside.get(a, ())) == 2 == len(inside.get(b, ())):
+                    before, after = (sum(inside[v]) - other for v, other in ((a, b), (b, a)))
+                    expected.append((x[before] + 23 * x[a] + 23 * x[b] + x[after]) / 48)
+            self.assertGreaterEqual(min(vertices, len(expected) - vertices), 8, name)
+            dense = file.cage(10.0).subdivide(8, precision="float64").mesh
+            line = dense.positions[np.unique(dense.edges[(dense.edge_flags & delmesh.EDGE_CREASE) != 0])]
+            for point in expected:
+                self.assertLess(np.linalg.norm(line - point, axis=1).min(), 1e-6 * file.diagonal, name)
 
     def test_seams_are_the_cages(self):
         file = File(DATA / "spot_control_mesh.obj")
