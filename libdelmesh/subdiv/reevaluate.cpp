@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A vertex p at a place of the cage goes to p + (q' - q) + (F' o - F o), where q is the limit point of that place, F a frame
 // there, o what p - q is in it, and ' is the new pose. Written as differences of the same sums, so that where the pose has not
-// moved the surface they are 0, and p stays p bit for bit.
+// moved the surface they are 0, and p stays p bit for bit. Where p is q rounded, it goes to q' rounded, which takes no frames.
 #include "subdiv/reevaluate.h"
 
 #include <algorithm>
@@ -85,13 +85,17 @@ Status reevaluate(Context& context, const Cage& cage, const Mesh& mesh, const Ar
         evaluator.take(both.data(), 6);
         order.for_each(f, [&](int32_t v) {
             const CagePlace& place = cage_place(mesh, first[v]);
-            double q[6], ds[6], dt[6];
-            evaluator.at(place.s, place.t, q, ds, dt);
             const auto vector = [](const double* x) { return Vec3{x[0], x[1], x[2]}; };
+            double q[6], ds[6], dt[6];
+            evaluator.at(place.s, place.t, q);
             const Vec3 p = mesh.position(v), offset = p - vector(q);
-            const Vec3 by = (vector(q + 3) - vector(q)) +
-                            change_of(offset, frame_of(vector(ds), vector(dt)), frame_of(vector(ds + 3), vector(dt + 3)));
-            const Vec3 to = round_to(out.precision, Vec3{moved(p.x, by.x), moved(p.y, by.y), moved(p.z, by.z)});
+            Vec3 to = round_to(out.precision, vector(q + 3));
+            if (!same_bits(p, round_to(out.precision, vector(q)))) { // it is off the surface by more than rounding
+                evaluator.at(place.s, place.t, q, ds, dt);
+                const Vec3 by = (vector(q + 3) - vector(q)) + change_of(p - vector(q), frame_of(vector(ds), vector(dt)),
+                                                                        frame_of(vector(ds + 3), vector(dt + 3)));
+                to = round_to(out.precision, Vec3{moved(p.x, by.x), moved(p.y, by.y), moved(p.z, by.z)});
+            }
             out.set_position(v, to);
             here.moved += !same_bits(p, to);
             here.offset = std::max(here.offset, length(offset));
