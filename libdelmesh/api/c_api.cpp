@@ -301,7 +301,7 @@ void delmesh_reevaluate_report_init(delmesh_reevaluate_report* report, uint32_t 
 int32_t delmesh_reevaluate(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
                            const delmesh_view* positions, delmesh_mesh** out, delmesh_reevaluate_report* report) {
     Report result(report);
-    return guarded(context, out, [&](Context& c, Mesh& made) {
+    const int32_t status = guarded(context, out, [&](Context& c, Mesh& made) {
         const Meter meter(c.memory(), result.value.seconds_total, result.value.peak_bytes);
         DM_TRY(require(c, "cage", cage));
         DM_TRY(require(c, "mesh", mesh));
@@ -309,6 +309,8 @@ int32_t delmesh_reevaluate(delmesh_context* context, const delmesh_cage* cage, c
         DM_TRY(result.check(c));
         return reevaluate(c, cage->cage, mesh->mesh, *positions, made, report != nullptr, result.value);
     });
+    if (status == DELMESH_OK) (*out)->keep(*mesh);
+    return status;
 }
 
 // ---- Certify ----------------------------------------------------------------------------------------------------------------

@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/handle.h"
 
+#include <type_traits>
+
 delmesh_mesh::~delmesh_mesh() {
     for (Derived& array : derived) memory.deallocate(array.data.load(std::memory_order_relaxed), array.bytes);
+}
+
+void delmesh_mesh::keep(const delmesh_mesh& of) {
+    if (!of.memory.lends_to(memory)) return; // nothing was shared
+    lender = of.lender != nullptr ? of.lender : &of;
+    lender->users.fetch_add(1, std::memory_order_relaxed);
 }
 
 namespace dm {
@@ -38,11 +46,16 @@ CageHandle new_cage(Memory& memory) {
 namespace {
 template <class Handle>
 void destroy_handle(Handle* handle) {
-    if (handle == nullptr) return;
     Memory& memory = handle->memory;
     handle->~Handle();
-    memory.deallocate(handle, sizeof(Handle));
+    memory.deallocate(const_cast<std::remove_const_t<Handle>*>(handle), sizeof(Handle));
     memory.release();
+}
+void release_mesh(const delmesh_mesh* mesh) {
+    if (mesh == nullptr || mesh->users.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+    const delmesh_mesh* const lender = mesh->lender;
+    destroy_handle(mesh);
+    release_mesh(lender);
 }
 } // namespace
 
@@ -50,9 +63,9 @@ void destroy_handle(Handle* handle) {
 
 extern "C" {
 void delmesh_mesh_destroy(delmesh_mesh* mesh) {
-    dm::destroy_handle(mesh);
+    dm::release_mesh(mesh);
 }
 void delmesh_cage_destroy(delmesh_cage* cage) {
-    dm::destroy_handle(cage);
+    if (cage != nullptr) dm::destroy_handle(cage);
 }
 }

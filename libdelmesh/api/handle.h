@@ -21,8 +21,13 @@ struct delmesh_mesh {
 
     static constexpr int32_t kArrays = DELMESH_FACE_CAGE_FACE + 1; // the array numbers of delmesh.h are indices below
 
+    // Another mesh whose arrays this one's `mesh` has, too (Mesh::share): it stays until no one has them any more.
+    void keep(const delmesh_mesh& lender);
+
     dm::Memory& memory;
     dm::Mesh mesh;
+    const delmesh_mesh* lender = nullptr;
+    mutable std::atomic<int64_t> users{1}; // the caller, until he destroys it, and those who share its arrays
     // Arrays that `mesh` does not store, made by the first borrow of each (api/arrays.cpp) and never changed after. Any thread
     // may be the first: the mutex lets one make it, the atomic pointer hands it to the others.
     struct Derived {

@@ -35,7 +35,7 @@ public:
         return *this;
     }
     // The same elements under another name, for as long as `o` neither grows nor goes away: may not grow itself.
-    static Array alias(Array& o) {
+    static Array alias(const Array& o) {
         Array a(*o.memory_);
         a.data_ = o.data_;
         a.size_ = a.capacity_ = o.size_;

@@ -61,6 +61,10 @@ void Memory::release() {
     free_fn(user, this, sizeof(Memory));
 }
 
+bool Memory::lends_to(const Memory& other) const {
+    return this == &other || alloc_ == default_alloc;
+}
+
 void* Memory::allocate(size_t size) {
     if (size == 0) return nullptr;
     const uint64_t number = allocations_.fetch_add(1, std::memory_order_relaxed) + 1;

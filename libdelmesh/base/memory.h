@@ -28,6 +28,9 @@ public:
     static Memory* create(const delmesh_context_options& options);
     void retain() { references_.fetch_add(1, std::memory_order_relaxed); }
     void release(); // destroys itself with the last reference
+    // Whether what is allocated here may be used by what lives in `other`: a host may take an allocator of its own down with the
+    // meshes that he made with it.
+    bool lends_to(const Memory& other) const;
 
     // 64-byte aligned; throws AllocationFailure. size 0 gives nullptr.
     void* allocate(size_t size);

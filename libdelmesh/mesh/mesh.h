@@ -137,7 +137,8 @@ struct Mesh {
     int32_t vertex_count = 0;
     MeshCounts counts;
 
-    void copy_from(const Mesh& o); // mesh/copy.cpp
+    // All that o has; arrays but for positions are o's own where its Memory lends them, and then o has to stay. mesh/share.cpp
+    void share(const Mesh& o);
     void drop_map() {
         has_map = false;
         corner_map.free_storage();

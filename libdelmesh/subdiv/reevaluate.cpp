@@ -57,7 +57,7 @@ Status reevaluate(Context& context, const Cage& cage, const Mesh& mesh, const Ar
                   delmesh_reevaluate_report& report) {
     Memory& memory = context.memory();
     DM_TRY(context.stage("reevaluate", 0, 0.8));
-    out.copy_from(mesh);
+    out.share(mesh);
     Array<double> both(memory); // rest and pose side by side: one evaluation
     both.resize_uninitialized(2 * pose.size());
     for (int32_t v = 0; v < cage.vertices(); ++v)

@@ -780,6 +780,49 @@ static void poses(void** state) {
     delmesh_cage_destroy(cage);
 }
 
+/* A pose shares what it has with its mesh, and so does a pose of that: each stays whole when the others are gone, in any order,
+ * also in other contexts. What has an allocator of a host's lends nothing out of its context. */
+static void poses_outlive_their_mesh(void** state) {
+    (void)state;
+    const Polygons p = crown();
+    for (int round = 0; round < 8; ++round) {
+        const int last = round % 4;
+        Host other_host;
+        delmesh_context *other = host_context(&other_host, 1), *plain = NULL, *plainer = NULL;
+        assert_status(delmesh_context_create(NULL, &plain), NULL, DELMESH_OK);
+        assert_status(delmesh_context_create(NULL, &plainer), NULL, DELMESH_OK);
+        delmesh_context* const mine[4] = {context, context, context, other};
+        delmesh_context* const ours[4] = {plain, other, plainer, plain};
+        delmesh_context* const* with = round < 4 ? mine : ours;
+        delmesh_cage* cage = cage_of(&p);
+        delmesh_mesh* meshes[4] = {NULL};
+        assert_status(delmesh_subdivide(with[0], cage, NULL, &meshes[0], NULL), with[0], DELMESH_OK);
+        Polygons pose = p;
+        delmesh_reevaluate_report report;
+        for (int i = 1; i < 4; ++i) {
+            pose.points[0][2] += i;
+            const delmesh_view view = {pose.points, p.verts, 0, DELMESH_FLOAT64, 3};
+            delmesh_reevaluate_report_init(&report, sizeof report);
+            assert_status(delmesh_reevaluate(with[i], cage, meshes[i - 1], &view, &meshes[i], &report), with[i], DELMESH_OK);
+            assert_true(report.moved_vertices > 0);
+        }
+        const Snapshot before = take_snapshot(meshes[last]);
+        for (int i = 0; i < 4; ++i)
+            if (i != last) delmesh_mesh_destroy(meshes[i]);
+        const Snapshot after = take_snapshot(meshes[last]);
+        assert_same_snapshot(before, after);
+        free(before.bytes);
+        free(after.bytes);
+        assert_status(delmesh_mesh_validate(context, meshes[last]), context, DELMESH_OK);
+        delmesh_mesh_destroy(meshes[last]);
+        delmesh_cage_destroy(cage);
+        delmesh_context_destroy(plain);
+        delmesh_context_destroy(plainer);
+        delmesh_context_destroy(other);
+        assert_nothing_left(&other_host);
+    }
+}
+
 static void same_bytes_for_any_threads(void** state) {
     (void)state;
     const Polygons p = crown();
@@ -965,6 +1008,7 @@ int main(void) {
         cmocka_unit_test(bad_cages),
         cmocka_unit_test(bad_subdivisions),
         cmocka_unit_test(poses),
+        cmocka_unit_test(poses_outlive_their_mesh),
         cmocka_unit_test(distance_to_the_limit),
     };
     if (!has_cages()) return cmocka_run_group_tests_name("no cages", without, set_up, tear_down);
