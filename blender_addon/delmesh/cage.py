@@ -48,5 +48,5 @@ def told(ob, level):
     if not modifier:
         return missing(ob)
     if any(each.show_viewport for each in around(ob, modifier)[0]):
-        return "Of what the modifiers before it make"
-    return f"Of {number(triangles(ob.data, rate(modifier, level)))} triangles"
+        return "The cage is what the modifiers before make"
+    return f"Surface: {number(triangles(ob.data, rate(modifier, level)))} triangles"
