@@ -137,8 +137,8 @@ class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
         flips = report["flips"] + report["flips_after"]
         repairs(self._cautions, ob, report)
         if report["boundary_splits"]:
-            self._cautions.add(f"{number(report['boundary_splits'])} border edges were split; with Borders set to Keep neighbouring "
-                               "parts still fit", ob)
+            self._cautions.add(f"{number(report['boundary_splits'])} border edges were split; with Borders set to Keep "
+                               "neighbouring parts still fit", ob)
         if flips or report["splits"]:
             for material in cautions.normal_mapped(ob.data):
                 self._cautions.add(f"bake the normal map of {material} anew, the triangles are others", ob)

@@ -89,8 +89,9 @@ def _layers(delmesh, data, keep, uv_weight=0.0, normal_weight=0.0, fit=False):
 
 def _import(delmesh, data, keep=KEEP, taking_part=None, **more):
     """taking_part: the options of _layers."""
+    layers = _layers(delmesh, data, keep, **(taking_part or {}))
     return delmesh.Mesh(data.positions, corner_verts=data.corner_verts, face_offsets=data.face_offsets, edges=data.edges,
-                        edge_marks=_edge_marks(delmesh, data, keep), layers=_layers(delmesh, data, keep, **(taking_part or {})), **more)
+                        edge_marks=_edge_marks(delmesh, data, keep), layers=layers, **more)
 
 
 # ---- From the library -------------------------------------------------------------------------------------------------------
@@ -282,11 +283,12 @@ def _put_back(whole, faces, made):
 
 
 def lod(delmesh, data, keep, options, progress, cancel):
-    """options: those of delmesh.lod_family, and those of _layers; cage: what limit.Surface is told, for levels of the limit surface of
-    `data`, whose vertices vert_weights and locked_verts then are of."""
+    """options: those of delmesh.lod_family, and those of _layers; cage: what limit.Surface is told, for levels of the limit surface
+    of `data`, whose vertices vert_weights and locked_verts then are of."""
     options = dict(options)
     taking_part = {name: options.pop(name) for name in _TAKING_PART if name in options}
     cage = options.pop("cage", None)
+    beside = 0.0  # how far the source is from what the levels are of
     at_first = {"progress": _told(progress, 0, 0.05), "cancel": cancel}
     if cage:
         measure = any(target[0] == "deviation" for target in options["targets"])
@@ -294,6 +296,7 @@ def lod(delmesh, data, keep, options, progress, cancel):
                           {**cage, "measure": measure}, **at_first)
         source, carried = surface.mesh, surface.at
         options.update(_of_surface(surface, options, keep))
+        beside = max(surface.distance, 0.0)
     else:
         source = _import(delmesh, data, keep, taking_part, **at_first)
 
@@ -305,7 +308,8 @@ def lod(delmesh, data, keep, options, progress, cancel):
     for i, level in enumerate(levels):
         progress(0.9 + 0.1 * i / len(levels), "attributes")
         made.append(_Result(data, level, carried(level), options["boundary"] == "ignore").data)
-    return Outcome(made, _plain(report) | _repairs(source), [_plain(level) for level in report.levels])
+    told = [_plain(level) | {"bound": level.bound + beside} for level in report.levels]
+    return Outcome(made, _plain(report) | _repairs(source), told)
 
 
 def _of_surface(surface, options, keep):
