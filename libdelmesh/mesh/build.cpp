@@ -41,7 +41,8 @@ public:
         else
             DM_TRY(read_positions(Precision::f32, mesh_.pos32));
         DM_TRY(triangles_only_ ? read_triangles() : read_polygons());
-        DM_TRY(connect_faces(context_, input_.strict, 0.4, 0.9, mesh_));
+        Glance glance(context_.memory());
+        DM_TRY(connect_faces(context_, input_.strict, 0.4, 0.9, mesh_, glance));
         mesh_.first_split = mesh_.vertex_count;
         mesh_.imported = true;
         forget_identity(mesh_.face_source);
@@ -51,7 +52,7 @@ public:
         mesh_.source_corners = given_corners_;
         mesh_.source_faces = mesh_.counts.polygons;
         DM_TRY(context_.progress(0.9));
-        DM_TRY(count_mesh(context_, mesh_));
+        DM_TRY(count_mesh(context_, mesh_, &glance));
         mesh_.source_edges = mesh_.counts.edges;
         DM_TRY(mark_edges(context_, input_, weld_to_, 0.92, 0.96, mesh_));
         DM_TRY(find_borders(context_, input_, 0.96, 1, mesh_));

@@ -20,7 +20,9 @@ struct MeshInput {
 Status build_mesh(Context& context, const MeshInput& input, Mesh& out);
 
 // Edges, boundary, components, loops and Euler characteristic of a finished connectivity; leaves the repair counts alone.
-Status count_mesh(Context& context, Mesh& mesh);
+// glance: what connect_faces knows of it, which is used up.
+struct Glance;
+Status count_mesh(Context& context, Mesh& mesh, Glance* glance = nullptr);
 Status count_boundary_edges(Context& context, const Mesh& mesh, int64_t& count);
 
 } // namespace dm

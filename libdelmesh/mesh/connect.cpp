@@ -433,11 +433,15 @@ void remember_sources(Mesh& mesh) {
     fill(mesh.corner_map, mesh.corners());
 }
 
-Status connect_faces(Context& context, bool strict, double from, double to, Mesh& mesh) {
+Status connect_faces(Context& context, bool strict, double from, double to, Mesh& mesh, Glance& glance) {
     const double step = (to - from) / 4;
     FanLinks links;
-    DM_TRY(link_fans(context, from, from + step, mesh, links));
-    if (links.oriented_manifold && !links.several_fans) return DELMESH_OK;
+    DM_TRY(link_fans(context, from, from + step, mesh, links, glance.least_neighbour));
+    if (links.oriented_manifold && !links.several_fans) {
+        glance.boundary_edges = links.boundary_edges;
+        return DELMESH_OK;
+    }
+    glance.least_neighbour.free_storage();
     if (!links.oriented_manifold) {
         EdgeBuckets buckets(context.memory());
         DM_TRY(buckets.fill(context, from + step, from + 2 * step, mesh));

@@ -7,11 +7,19 @@
 
 namespace dm {
 
+// What need not be counted again.
+struct Glance {
+    explicit Glance(Memory& memory) : least_neighbour(memory) {}
+    Array<int32_t> least_neighbour; // per vertex: of itself and its neighbours, kNoNeighbour where no face has it; or empty
+    int64_t boundary_edges = -1;    // -1: not known
+};
+
 // Fills corner_twin and cut_slots, turns faces over, leaves out second copies of faces and appends copies of vertices, as
 // docs/import.md says, and counts it in mesh.counts. Faces must have three different vertices in range. strict: the first repair
 // is DELMESH_ERROR_STRICT. Uses the part from..to of the context's stage.
-// One counting sort and one walk around every vertex when the triangles are an oriented manifold already.
-Status connect_faces(Context& context, bool strict, double from, double to, Mesh& mesh);
+// One counting sort and one walk around every vertex when the triangles are an oriented manifold already. What that has seen
+// on its way goes to `glance`.
+Status connect_faces(Context& context, bool strict, double from, double to, Mesh& mesh, Glance& glance);
 
 // Polygon that face f came from.
 inline int32_t source_of_face(const Mesh& mesh, int64_t f) {

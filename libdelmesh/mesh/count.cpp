@@ -2,9 +2,11 @@
 // The numbers that describe the topology of a finished mesh.
 #include <algorithm>
 #include <atomic>
-#include <limits>
+#include <utility>
 
 #include "mesh/build.h"
+#include "mesh/connect.h"
+#include "mesh/link_fans.h"
 #include "mesh/slices.h"
 #include "mesh/views.h"
 
@@ -13,30 +15,36 @@ namespace {
 
 constexpr int64_t kVertexGrain = 1 << 14, kFaceGrain = 64, kFacesTogether = 128; // the last: so many times kFaceGrain
 
-// Components of faces connected through edges. The faces of a vertex are one fan, so these are the components of vertices too:
-// each vertex is hung under its least neighbour, which leaves a few trees to be joined.
-Status count_components(Context& context, const Mesh& mesh, int64_t& components, int64_t& isolated) {
-    constexpr int32_t kUnused = std::numeric_limits<int32_t>::max();
+// Per vertex the least of itself and its neighbours.
+Status find_least_neighbours(Context& context, const Mesh& mesh, Array<int32_t>& least_neighbour) {
     const int64_t faces = mesh.faces(), vertices = mesh.vertices();
     const int32_t* const vert = mesh.corner_vert.data();
     const int64_t slices = few_slices(context, faces, vertices), slice = (faces + slices - 1) / slices;
-    Array<int32_t> parents(context.memory(), slices * vertices); // of each slice of the faces apart
+    least_neighbour.resize_uninitialized(slices * vertices); // of each slice of the faces apart
     DM_TRY(context.parallel(slices, 1, [&](int64_t k, int64_t, int64_t) {
-        int32_t* const parent = parents.data() + k * vertices;
-        std::fill_n(parent, vertices, kUnused);
+        int32_t* const of = least_neighbour.data() + k * vertices;
+        std::fill_n(of, vertices, kNoNeighbour);
         for (int64_t c = 3 * k * slice; c < 3 * std::min(faces, (k + 1) * slice); c += 3) {
             const int32_t p = vert[c], q = vert[c + 1], r = vert[c + 2], least = std::min(std::min(p, q), r);
-            parent[p] = std::min(parent[p], least);
-            parent[q] = std::min(parent[q], least);
-            parent[r] = std::min(parent[r], least);
+            of[p] = std::min(of[p], least);
+            of[q] = std::min(of[q], least);
+            of[r] = std::min(of[r], least);
         }
     }));
+    if (slices == 1) return DELMESH_OK;
+    int32_t* const all = least_neighbour.data();
+    return context.parallel(vertices, kVertexGrain, [&](int64_t, int64_t begin, int64_t end) {
+        for (int64_t k = 1; k < slices; ++k)
+            for (int64_t v = begin; v < end; ++v) all[v] = std::min(all[v], all[k * vertices + v]);
+    });
+}
+
+// Components of faces connected through edges. The faces of a vertex are one fan, so these are the components of vertices too:
+// each vertex is hung under its least neighbour, which leaves a few trees to be joined.
+Status count_components(Context& context, const Mesh& mesh, Array<int32_t> parents, int64_t& components, int64_t& isolated) {
+    const int64_t faces = mesh.faces(), vertices = mesh.vertices();
+    const int32_t* const vert = mesh.corner_vert.data();
     int32_t* const parent = parents.data();
-    if (slices > 1)
-        DM_TRY(context.parallel(vertices, kVertexGrain, [&](int64_t, int64_t begin, int64_t end) {
-            for (int64_t k = 1; k < slices; ++k)
-                for (int64_t v = begin; v < end; ++v) parent[v] = std::min(parent[v], parents[k * vertices + v]);
-        }));
     // Parents come first, so theirs are roots by now; at the beginning of a block another thread may still be about to find them.
     struct Block {
         int64_t roots = 0, isolated = 0;
@@ -47,7 +55,7 @@ Status count_components(Context& context, const Mesh& mesh, int64_t& components,
         Block block;
         for (int32_t v = static_cast<int32_t>(begin); v < end; ++v) {
             int32_t p = parent[v];
-            if (p == kUnused) {
+            if (p == kNoNeighbour) {
                 ++block.isolated;
             } else if (p == v) {
                 ++block.roots;
@@ -92,11 +100,9 @@ Status count_components(Context& context, const Mesh& mesh, int64_t& components,
     });
 }
 
-Status count_loops(Context& context, const Mesh& mesh, int64_t& boundary_edges, int64_t& loops) {
+Status count_loops(Context& context, const Mesh& mesh, int64_t& loops) {
     const int64_t corners = mesh.corners();
     const int32_t* twin = mesh.corner_twin.data();
-    DM_TRY(count_boundary_edges(context, mesh, boundary_edges));
-    if (boundary_edges == 0) return DELMESH_OK;
     Array<uint8_t> walked(context.memory(), corners, 0);
     return in_pieces(context, corners, 0.8, 1, [&](int64_t begin, int64_t end) {
         for (int64_t first = begin; first < end; ++first) {
@@ -127,11 +133,16 @@ Status count_boundary_edges(Context& context, const Mesh& mesh, int64_t& count) 
     return DELMESH_OK;
 }
 
-Status count_mesh(Context& context, Mesh& mesh) {
+Status count_mesh(Context& context, Mesh& mesh, Glance* glance) {
+    Glance unknown(context.memory());
+    Glance& known = glance != nullptr ? *glance : unknown;
     MeshCounts& counts = mesh.counts;
     counts.edges = counts.boundary_edges = counts.isolated_vertices = counts.components = counts.boundary_loops = 0;
-    DM_TRY(count_components(context, mesh, counts.components, counts.isolated_vertices));
-    DM_TRY(count_loops(context, mesh, counts.boundary_edges, counts.boundary_loops));
+    if (known.least_neighbour.empty()) DM_TRY(find_least_neighbours(context, mesh, known.least_neighbour));
+    DM_TRY(count_components(context, mesh, std::move(known.least_neighbour), counts.components, counts.isolated_vertices));
+    if (known.boundary_edges < 0) DM_TRY(count_boundary_edges(context, mesh, known.boundary_edges));
+    counts.boundary_edges = known.boundary_edges;
+    if (counts.boundary_edges != 0) DM_TRY(count_loops(context, mesh, counts.boundary_loops));
     counts.edges = (mesh.corners() + counts.boundary_edges) / 2;
     counts.euler_characteristic = mesh.vertices() - counts.isolated_vertices - counts.edges + mesh.faces();
     return DELMESH_OK;

@@ -37,11 +37,18 @@ public:
             for (int64_t c = 3 * begin; c < 3 * end; ++c) ++count[vert[c]];
         }));
         int32_t sum = 0;
-        for (int64_t v = 0; v < vertices; ++v)
+        for (int64_t v = 0; v < vertices; ++v) {
+            int32_t of_vertex = 0;
             for (int64_t k = 0; k < slices; ++k) {
                 int32_t& count = counts[k * vertices + v];
-                sum += std::exchange(count, sum); // where the slice's corners begin, until they are all in
+                of_vertex += std::exchange(count, sum + of_vertex); // where the slice's corners begin, until they are all in
             }
+            sum += of_vertex;
+        }
+        if (slices > 1) { // a slice's corners may begin in the middle of a new huge page: two threads would clear it, or wait
+            constexpr int64_t kPage = (1 << 21) / sizeof(int32_t);
+            DM_TRY(context.parallel(corners_.size(), kPage, [&](int64_t, int64_t begin, int64_t) { corners[begin] = 0; }));
+        }
         DM_TRY(context.parallel(slices, 1, [&](int64_t k, int64_t, int64_t) {
             const int64_t begin = k * slice, end = std::min(faces, begin + slice);
             int32_t* const next = counts.data() + k * vertices;
@@ -83,8 +90,8 @@ inline Int4 load(const int32_t* from) {
 
 class Linker {
 public:
-    Linker(const CornersOfVertices& corners, const Mesh& mesh, int32_t* twin)
-        : corners_(corners), vert_(mesh.corner_vert.data()), twin_(twin) {
+    Linker(const CornersOfVertices& corners, Mesh& mesh, int32_t* least_neighbour)
+        : corners_(corners), vert_(mesh.corner_vert.data()), twin_(mesh.corner_twin.data()), least_neighbour_(least_neighbour) {
         for (Spoke& spoke : spokes_) spoke.vert = -1;
     }
 
@@ -106,6 +113,7 @@ public:
     void link(int64_t v, Spoke* spokes, int64_t spoke_count, FanCorner* around) {
         const int32_t* const corners = corners_.begin(v);
         const int32_t count = corners_.count(v), vertex = static_cast<int32_t>(v);
+        int32_t least = vertex;
         const int shift = 32 - std::countr_zero(static_cast<uint64_t>(spoke_count));
         const int64_t last = spoke_count - 1;
         const auto find = [&](int32_t head) -> Spoke& { // the spoke, or the free one where it belongs
@@ -117,6 +125,7 @@ public:
             const int32_t c = corners[i], head = vert_[next_corner(c)];
             around[i] = {c, prev_corner(c), vert_[prev_corner(c)], -1};
             twin_[c] = kBoundary;
+            least = std::min({least, head, around[i].apex});
             Spoke& spoke = find(head);
             links.oriented_manifold &= spoke.vert != vertex; // else two faces run along the edge the same way
             spoke = {vertex, head, i};
@@ -129,6 +138,8 @@ public:
             around[i].next = spoke.place;
             ++linked;
         }
+        least_neighbour_[v] = least;
+        links.boundary_edges += count - linked;
         // Once around, from anywhere or from the one corner at the boundary.
         int32_t start = 0;
         if (linked < count)
@@ -138,7 +149,7 @@ public:
         links.several_fans |= steps != count;
     }
 
-    FanLinks links{true, false};
+    FanLinks links{true, false, 0};
     int32_t most = 0; // corners of a vertex that was left out
 
 private:
@@ -181,6 +192,10 @@ private:
             }
             std::memcpy(before_ + at, &found_low, sizeof found_low);
             std::memcpy(before_ + at + 4, &found_high, sizeof found_high);
+            // Around a closed fan the apexes are all of the neighbours. None: -1 becomes kNoNeighbour.
+            const Int4 a = from[0] & kNoNeighbour, b = from[1] & kNoNeighbour, four = a < b ? a : b;
+            const int32_t least = std::min(std::min(four[0], four[1]), std::min(four[2], four[3]));
+            least_neighbour_[v] = size == 0 ? kNoNeighbour : std::min(least, static_cast<int32_t>(v));
         }
         for (int32_t i = 0; i < count; ++i) twin_[corners[i]] = back_[before_[i] & kPlace];
         for (int64_t v = begin; v < end; ++v) {
@@ -210,6 +225,7 @@ private:
     const CornersOfVertices& corners_;
     const int32_t* const vert_;
     int32_t* const twin_;
+    int32_t* const least_neighbour_;
     Spoke spokes_[kSpokes];
     FanCorner around_[kMost];
     // Of the corners of a batch, and room for the last vertex to be taken for one with kFew.
@@ -219,10 +235,14 @@ private:
 
 } // namespace
 
-Status link_fans(Context& context, double from, double to, Mesh& mesh, FanLinks& found) {
-    found = {true, false};
+Status link_fans(Context& context, double from, double to, Mesh& mesh, FanLinks& found, Array<int32_t>& least_neighbour) {
+    found = {true, false, 0};
     mesh.corner_twin.resize_uninitialized(mesh.corners());
-    if (mesh.faces() == 0) return DELMESH_OK;
+    least_neighbour.resize_uninitialized(mesh.vertices());
+    if (mesh.faces() == 0) {
+        std::fill(least_neighbour.begin(), least_neighbour.end(), kNoNeighbour);
+        return DELMESH_OK;
+    }
     CornersOfVertices corners(context.memory());
     DM_TRY(context.progress(from));
     DM_TRY(corners.fill(context, mesh));
@@ -232,9 +252,9 @@ Status link_fans(Context& context, double from, double to, Mesh& mesh, FanLinks&
         FanLinks links;
         int32_t most;
     };
-    Array<Block> blocks(context.memory(), (vertices + kVertexGrain - 1) / kVertexGrain, Block{{true, false}, 0});
+    Array<Block> blocks(context.memory(), (vertices + kVertexGrain - 1) / kVertexGrain, Block{{true, false, 0}, 0});
     DM_TRY(context.parallel(vertices, kVertexGrain, [&](int64_t block, int64_t begin, int64_t end) {
-        Linker linker(corners, mesh, mesh.corner_twin.data());
+        Linker linker(corners, mesh, least_neighbour.data());
         linker.run(begin, end);
         blocks[block] = {linker.links, linker.most};
     }));
@@ -242,6 +262,7 @@ Status link_fans(Context& context, double from, double to, Mesh& mesh, FanLinks&
     const auto add = [&](const FanLinks& links) {
         found.oriented_manifold &= links.oriented_manifold;
         found.several_fans |= links.several_fans;
+        found.boundary_edges += links.boundary_edges;
     };
     for (const Block& block : blocks) {
         add(block.links);
@@ -252,7 +273,7 @@ Status link_fans(Context& context, double from, double to, Mesh& mesh, FanLinks&
     const int64_t spoke_count = static_cast<int64_t>(std::bit_ceil(2 * static_cast<uint64_t>(most)));
     Array<Spoke> spokes(context.memory(), spoke_count, Spoke{-1, -1, -1});
     Array<FanCorner> around(context.memory(), most);
-    Linker linker(corners, mesh, mesh.corner_twin.data());
+    Linker linker(corners, mesh, least_neighbour.data());
     for (int64_t block = 0; block < blocks.size(); ++block) {
         if (blocks[block].most == 0) continue;
         DM_TRY(context.progress(to));

@@ -409,14 +409,15 @@ private:
     }
 
     Status connect() {
-        DM_TRY(connect_faces(context_, false, 0, 0.7, mesh_));
+        Glance glance(context_.memory());
+        DM_TRY(connect_faces(context_, false, 0, 0.7, mesh_, glance));
         DM_TRY(follow_repairs());
         mesh_.first_split = mesh_.vertices();
         mesh_.source_faces = cage_.faces();
         mesh_.counts.polygons = cage_.faces();
         if (std::all_of(mesh_.corner_bits.begin(), mesh_.corner_bits.end(), [](EdgeBits bits) { return bits == 0; }))
             mesh_.corner_bits.free_storage();
-        return count_mesh(context_, mesh_);
+        return count_mesh(context_, mesh_, &glance);
     }
 
     // Where faces were turned over or left out, corner_map tells the corners as they were written.
