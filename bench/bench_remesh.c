@@ -2,13 +2,14 @@
  *
  * bench_remesh.c: what a host waits for: arrays in, certified Delaunay arrays out, through the C interface.
  *     bench_remesh [--mode preserve|flip|feature] [--precision f32|f64] [--tolerance L] [--effort N] [--threads N]
- *                  [--repeat N] [--subdivide N] [--map 0|1] [--phases] FILE...
+ *                  [--repeat N] [--subdivide N] [--map 0|1] [--fresh 0|1] [--phases] FILE...
  * The timed part is delmesh_mesh_create, delmesh_remesh (with its certificate) and the reads of positions and corner vertices;
  * reading the file is not. Printed per file: the best of the repetitions, in milliseconds and nanoseconds per input edge, where
  * that run spent it, and the allocator's peak in bytes per input triangle (input and output mesh included).
  * --phases: a table per file instead, in nanoseconds per input edge, for one thread and for N (2 if not told), taking turns, with
  * the speed-up; for the modes flip and preserve, or for the one told.
  * --subdivide N: cuts every triangle into four, N times (subdivide.h).
+ * --fresh 1: the arrays for the result are new in each run, and their first touch is part of the read. Without, the host keeps them.
  */
 #include "mesh_file.h"
 #include "subdivide.h"
@@ -27,9 +28,15 @@ typedef struct Sample {
     delmesh_remesh_report report;
 } Sample;
 
+/* What the host takes the result in. */
+typedef struct HostArrays {
+    void* data[2];
+    size_t size[2];
+} HostArrays;
+
 typedef struct Settings {
     delmesh_remesh_options options;
-    bool mode_told, phases;
+    bool mode_told, phases, fresh;
     int threads, repeat, subdivide;
 } Settings;
 
@@ -44,7 +51,24 @@ static delmesh_view view(const void* data, int64_t count, int32_t type, int32_t 
     return v;
 }
 
-static int32_t run_in(delmesh_context* context, const MeshFile* file, const delmesh_remesh_options* options, Sample* sample) {
+static void free_arrays(HostArrays* arrays) {
+    for (int i = 0; i < 2; ++i) free(arrays->data[i]);
+    memset(arrays, 0, sizeof *arrays);
+}
+
+/* Room for `size` bytes, touched; the seconds that took. */
+static double make_room(HostArrays* arrays, int which, size_t size) {
+    if (arrays->size[which] >= size) return 0;
+    const double begin = now();
+    free(arrays->data[which]);
+    arrays->data[which] = malloc(size);
+    memset(arrays->data[which], 1, size);
+    arrays->size[which] = size;
+    return now() - begin;
+}
+
+static int32_t run_in(delmesh_context* context, const MeshFile* file, const delmesh_remesh_options* options, bool fresh,
+                      HostArrays* arrays, Sample* sample) {
     delmesh_mesh_desc desc;
     delmesh_mesh_desc_init(&desc, sizeof desc);
     desc.positions = view(file->positions, file->vertex_count, file->precision, 3);
@@ -61,15 +85,23 @@ static int32_t run_in(delmesh_context* context, const MeshFile* file, const delm
     delmesh_mesh_info_init(&info, sizeof info);
     if (status == DELMESH_OK) status = delmesh_mesh_get_info(out, &info);
     const size_t size = options->precision == DELMESH_FLOAT32 ? sizeof(float) : sizeof(double);
-    void* positions = malloc((size_t)(3 * info.vertices) * size + 1);
-    int32_t* corners = malloc((size_t)info.corners * sizeof(int32_t) + 1);
-    const delmesh_view_mut positions_out = {positions, info.vertices, 0, options->precision, 3};
-    const delmesh_view_mut corners_out = {corners, info.corners, 0, DELMESH_INT32, 1};
+    const size_t positions_size = (size_t)(3 * info.vertices) * size + 1;
+    const size_t corners_size = (size_t)info.corners * sizeof(int32_t) + 1;
+    void *new_positions = NULL, *new_corners = NULL;
+    double not_counted = 0;
+    if (fresh) {
+        new_positions = malloc(positions_size);
+        new_corners = malloc(corners_size);
+    } else {
+        not_counted = make_room(arrays, 0, positions_size) + make_room(arrays, 1, corners_size);
+    }
+    const delmesh_view_mut positions_out = {fresh ? new_positions : arrays->data[0], info.vertices, 0, options->precision, 3};
+    const delmesh_view_mut corners_out = {fresh ? new_corners : arrays->data[1], info.corners, 0, DELMESH_INT32, 1};
     if (status == DELMESH_OK) status = delmesh_mesh_read(out, DELMESH_POSITION, &positions_out);
     if (status == DELMESH_OK) status = delmesh_mesh_read(out, DELMESH_CORNER_VERT, &corners_out);
-    const double end = now();
-    free(corners);
-    free(positions);
+    const double end = now() - not_counted;
+    free(new_corners);
+    free(new_positions);
     if (status == DELMESH_OK) status = delmesh_mesh_get_info(in, &info);
     sample->total = end - begin;
     sample->create = created - begin;
@@ -91,14 +123,15 @@ static int32_t run_in(delmesh_context* context, const MeshFile* file, const delm
 }
 
 /* One run in a context of its own; *best is replaced if this one was faster (or the first: its total is 0 then). */
-static bool run_once(const char* path, const MeshFile* file, const delmesh_remesh_options* options, int threads, Sample* best) {
+static bool run_once(const char* path, const MeshFile* file, const delmesh_remesh_options* options, bool fresh, int threads,
+                     HostArrays* arrays, Sample* best) {
     delmesh_context_options context_options;
     delmesh_context_options_init(&context_options, sizeof context_options);
     context_options.max_threads = threads;
     delmesh_context* context = NULL;
     int32_t status = delmesh_context_create(&context_options, &context);
     Sample sample = {0};
-    if (status == DELMESH_OK) status = run_in(context, file, options, &sample);
+    if (status == DELMESH_OK) status = run_in(context, file, options, fresh, arrays, &sample);
     if (status != DELMESH_OK) fprintf(stderr, "%s: %s: %s\n", path, delmesh_status_name(status), delmesh_last_error(context));
     if (best->total == 0 || sample.total < best->total) *best = sample;
     delmesh_context_destroy(context);
@@ -112,8 +145,12 @@ static const char* base_name(const char* path) {
 
 static bool print_row(const char* path, const MeshFile* file, const Settings* settings) {
     Sample best = {0};
-    for (int i = 0; i < settings->repeat; ++i)
-        if (!run_once(path, file, &settings->options, settings->threads, &best)) return false;
+    HostArrays arrays = {0};
+    bool ok = true;
+    for (int i = 0; ok && i < settings->repeat; ++i)
+        ok = run_once(path, file, &settings->options, settings->fresh, settings->threads, &arrays, &best);
+    free_arrays(&arrays);
+    if (!ok) return false;
     printf("%-30s %9lld %8lld %8lld %9.2f %8.1f %8.2f %8.2f %8.2f %8.2f %8.2f %8.1f\n", base_name(path), (long long)best.edges,
            (long long)(best.report.flips + best.report.flips_after), (long long)best.report.splits, 1e3 * best.total,
            1e9 * best.total / (double)best.edges, 1e3 * best.create, 1e3 * best.report.seconds_flip,
@@ -140,9 +177,12 @@ static bool print_phases(const char* path, const MeshFile* file, const Settings*
     options.mode = mode;
     Sample best[2];
     memset(best, 0, sizeof best);
-    for (int i = 0; i < settings->repeat; ++i) /* taking turns: whatever else the machine does, it does to both */
-        for (int t = 0; t < 2; ++t)
-            if (!run_once(path, file, &options, threads[t], &best[t])) return false;
+    HostArrays arrays = {0};
+    bool ok = true;
+    for (int i = 0; ok && i < settings->repeat; ++i) /* taking turns: whatever else the machine does, it does to both */
+        for (int t = 0; ok && t < 2; ++t) ok = run_once(path, file, &options, settings->fresh, threads[t], &arrays, &best[t]);
+    free_arrays(&arrays);
+    if (!ok) return false;
     const char* name = mode == DELMESH_MODE_FLIP ? "flip" : mode == DELMESH_MODE_PRESERVE ? "preserve" : "feature";
     printf("%s: %lld edges, %lld faces, %s, %s; %lld flips, %lld splits; best of %d\n", base_name(path), (long long)best[0].edges,
            (long long)best[0].faces, name, options.precision == DELMESH_FLOAT64 ? "float64" : "float32",
@@ -197,6 +237,8 @@ static bool set_option(Settings* settings, const char* name, const char* value) 
         settings->subdivide = atoi(value);
     else if (strcmp(name, "--map") == 0)
         settings->options.map = atoi(value);
+    else if (strcmp(name, "--fresh") == 0)
+        settings->fresh = atoi(value) != 0;
     else
         return false;
     return true;
@@ -219,7 +261,8 @@ int main(int argc, char** argv) {
     }
     if (!ok || at >= argc || settings.repeat < 1) {
         fprintf(stderr, "usage: bench_remesh [--mode preserve|flip|feature] [--precision f32|f64] [--tolerance L] [--effort N]\n"
-                        "                    [--threads N] [--repeat N] [--subdivide N] [--map 0|1] [--phases] FILE...\n");
+                        "                    [--threads N] [--repeat N] [--subdivide N] [--map 0|1] [--fresh 0|1] [--phases]\n"
+                        "                    FILE...\n");
         return 2;
     }
     if (!settings.phases)
