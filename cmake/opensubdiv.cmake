@@ -21,6 +21,7 @@ if(DELMESH_OPENSUBDIV_SOURCE)
   list(REMOVE_ITEM opensubdiv_sources ${source}/far/error.cpp) # it prints: libdelmesh/subdiv/osd_error.cpp stands in for it
   add_library(delmesh_opensubdiv STATIC ${opensubdiv_sources})
   target_include_directories(delmesh_opensubdiv SYSTEM PUBLIC ${DELMESH_OPENSUBDIV_SOURCE})
+  target_compile_definitions(delmesh_opensubdiv PUBLIC $<$<PLATFORM_ID:Windows>:_USE_MATH_DEFINES>) # for M_PI, in headers
   target_compile_features(delmesh_opensubdiv PRIVATE cxx_std_14)
   target_compile_options(delmesh_opensubdiv PRIVATE -w -ffp-contract=off -ffunction-sections -fdata-sections)
   set_target_properties(delmesh_opensubdiv PROPERTIES POSITION_INDEPENDENT_CODE ON
