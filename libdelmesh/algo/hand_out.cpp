@@ -171,11 +171,11 @@ Status close_up_faces(Context& context, Surface& s) {
         move_in(s.corner_vert, 3);
         move_in(s.corner_bits, 3);
         move_in(s.face_src, 1);
-        const int32_t* const twin = s.corner_twin.data();
-        int32_t* const moved = s.corner_twin.data() - 3 * static_cast<int64_t>(from - to);
+        int32_t* const twin = s.corner_twin.data();
+        const int32_t back = 3 * (from - to);
         for (int32_t c = 3 * from; c < 3 * end; ++c) {
             const int32_t t = twin[c];
-            moved[c] = t < 0 ? t : moved_corner(t);
+            twin[c - back] = t < 0 ? t : moved_corner(t);
             if (is_cut(t)) s.cut_slots[cut_slot(t)].corner = moved_corner(c);
         }
     };
