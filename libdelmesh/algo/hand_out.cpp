@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "algo/parallel_slices.h"
+#include "algo/surface_map.h"
 #include "mesh/slices.h"
 #include "mesh/source_map.h"
 
@@ -278,10 +279,11 @@ Status trace_splits(Context& context, const Mesh& in, const Surface& s, const Nu
         }
     }));
     Locator locator(in, context.memory());
-    const auto trace = [&](int32_t v, int32_t number) {
+    Sheets sheets(context.memory(), in, 0);
+    const auto trace = [&](int32_t v, int32_t number) -> Status {
         const SplitVertex& split = s.split_vertices[v - s.first_split];
         const Carrier& line = s.carriers[split.carrier];
-        if (s.is_original(line.a) && s.is_original(line.b)) return;
+        if (s.is_original(line.a) && s.is_original(line.b)) return DELMESH_OK;
         Shares shares;
         for (int end = 0; end < 2; ++end) {
             const int32_t x = end == 0 ? line.a : line.b;
@@ -297,20 +299,30 @@ Status trace_splits(Context& context, const Mesh& in, const Surface& s, const Nu
                 if (m.weight[k] != 0) shares.add(m.vert[k], weight * m.weight[k]);
         }
         // Ends inside different edges make more than three. In a flat patch the point has a place on the source all the same; in
-        // the flip modes it may not, and then it is the three that matter most.
+        // the flip modes it may not, and then it is the closest point that is found from there.
         shares.sort();
         VertexMap found;
         bool located = false;
         if (shares.count > 3)
             for (int i = 0; i < shares.count && !located; ++i) located = locator.locate(shares.of[i].vert, s.at(v), reach, found);
+        if (shares.count > 3 && !located) {
+            if (sheets.first.empty()) DM_TRY(sheets.begin(context));
+            Sheets::Place place;
+            for (int i = 0; i < shares.count; ++i)
+                if (const int32_t c = sheets.first[shares.of[i].vert]; c >= 0) sheets.descend(s.at(v), face_of(c), place);
+            located = place.face >= 0;
+            for (int k = 0; k < 3 && located; ++k)
+                found.vert[k] = source_of(in, s, in.corner_vert[3 * place.face + k]), found.weight[k] = place.weight[k];
+        }
         maps[number - numbers.originals] = located ? found : shares.first_three();
+        return DELMESH_OK;
     };
     for (int64_t block = 0; block < has_deep.size(); ++block) {
         if (has_deep[block] == 0) continue;
         const int64_t end = std::min(splits, (block + 1) * kSplits);
         for (int64_t i = block * kSplits; i < end; ++i) {
             const int32_t v = s.first_split + static_cast<int32_t>(i), number = numbers.of(v);
-            if (number >= 0) trace(v, number);
+            if (number >= 0) DM_TRY(trace(v, number));
         }
     }
     return DELMESH_OK;
