@@ -12,7 +12,7 @@
 volatile sig_atomic_t interrupt_signal = 0;
 
 static delmesh_context* volatile running_context = NULL;
-enum { kMostFiles = 160 }; /* at a time; further ones are not unlinked. A family has two for each level */
+enum { kMostFiles = 80 }; /* at a time; further ones are not unlinked */
 static const char* volatile partial_files[kMostFiles];
 
 static void on_signal(int number) {

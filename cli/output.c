@@ -97,7 +97,6 @@ static void release(Output* out) {
     if (out->written) unlink(out->temporary);
     interrupt_remove_file(out->temporary);
     if (out->old) unlink(out->old); /* also where it was put back: two names of one file are not renamed */
-    interrupt_remove_file(out->old);
     free(out->old);
     free(out->target);
     free(out->temporary);
@@ -116,19 +115,18 @@ bool output_finish(Output* out, bool ok) {
     return ok;
 }
 
-/* A second name for what the target is, if there is anything: to take back what is put in its place. */
+/* A second name for what the target is, if there is anything: to take back what is put in its place. No signal removes it: the
+ * target may be gone by then. */
 static bool keep_old(Output* out) {
     const size_t room = strlen(out->temporary) + 2;
     char* old = malloc(room);
     if (!old) return fail_memory(out->failure);
     snprintf(old, room, "%s~", out->temporary);
     out->old = old;
-    if (link(out->target, old) == 0) {
-        interrupt_add_file(old);
-        return true;
-    }
-    /* Where files have one name only, nothing is at the target for a moment; then no signal may remove this one. */
-    if (errno != ENOENT && rename(out->target, old) == 0) return true;
+    if (link(out->target, old) == 0) return true;
+    /* Where files have one name only, nothing is at the target for a moment. */
+    struct stat is;
+    if (errno != ENOENT && lstat(out->target, &is) == 0 && S_ISREG(is.st_mode) && rename(out->target, old) == 0) return true;
     const bool ok = errno == ENOENT || fail_errno(out, "set aside");
     free(old);
     out->old = NULL;
@@ -139,7 +137,6 @@ static void put_back(Output* out) {
     if (!out->old) {
         unlink(out->target);
     } else if (rename(out->old, out->target) != 0) { /* nothing is lost: it stays under its other name */
-        interrupt_remove_file(out->old);
         free(out->old);
         out->old = NULL;
     }
