@@ -774,9 +774,9 @@ DELMESH_API void delmesh_reevaluate_report_init(delmesh_reevaluate_report* repor
  * for the vertices that the cage was made with. Vertices and faces, marks and maps stay as they are; every vertex goes with its
  * place on the limit surface, and keeps its offset from it in the frame of the surface there. In the pose that the cage was made
  * with, the result is `mesh` bit for bit; so it is where the surface has not moved. report: may be NULL; without it the result
- * is not certified, which takes part of the time. All but positions the two share, unless they are of contexts of which that of
- * `mesh` has an allocator of the host's: 12 bytes per vertex. What is shared goes back to the allocator with the last of them, in
- * whatever order they are destroyed.
+ * is not certified, which takes part of the time. All but positions (12 or 24 bytes per vertex) the two share, unless they are of
+ * two contexts and that of `mesh` has an allocator of the host's. They may be destroyed in any order; the memory of `mesh`, with its
+ * positions, goes back with the last of them.
  * Errors: INVALID_ARGUMENT, memory, CANCELLED. O(n), parallel. */
 DELMESH_API int32_t delmesh_reevaluate(delmesh_context* context, const delmesh_cage* cage, const delmesh_mesh* mesh,
                                        const delmesh_view* positions, delmesh_mesh** out, delmesh_reevaluate_report* report);

@@ -10,7 +10,8 @@ namespace dm {
 // The UV layers of a mesh whose borders are kept.
 class AffineLayers {
 public:
-    AffineLayers(const Mesh& mesh, EdgeBits kept) : in_(mesh), kept_((kept & DELMESH_EDGE_UV) != 0), fits_(mesh.layers.memory()) {
+    AffineLayers(Memory& memory, const Mesh& mesh, EdgeBits kept)
+        : in_(mesh), kept_((kept & DELMESH_EDGE_UV) != 0), fits_(memory) {
         if (!kept_) return;
         for (const MeshLayer& layer : in_.layers) count_ += is_looked_at(layer) ? layer.components : 0;
         fits_.resize_uninitialized(count_);

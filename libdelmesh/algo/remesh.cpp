@@ -288,7 +288,7 @@ Status remesh(Context& context, const Mesh& in, const delmesh_remesh_options& op
     FlatPatches patches(context.memory());
     if (preserve) {
         DM_TRY(context.stage("flat patches", 0.1, 0.2));
-        AffineLayers layers(in, surface.kept_bits);
+        AffineLayers layers(context.memory(), in, surface.kept_bits);
         rules.texture = !layers.empty();
         DM_TRY(grow_flat_patches(context, surface, patch_thickness(most_moved, rules.resolution),
                                  rules.texture ? &layers : nullptr, patches));

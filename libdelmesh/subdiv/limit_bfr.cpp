@@ -11,7 +11,7 @@ namespace {
 constexpr int kSmoothLevel = 6, kSharpLevel = 8;
 // OpenSubdiv keeps what it has refined around an irregular face, for faces around which all is alike. Beside a vertex of n faces
 // that takes n^2 numbers, and where it is on a boundary no two of its faces are alike: n = 400 took 6 GB. So it keeps nothing
-// of cages with such a vertex.
+// of cages with such a vertex (or face, which it counts, too).
 constexpr int kMostKept = 64;
 
 Osd::Sdc::SchemeType scheme_of(const CageRules& rules) {
