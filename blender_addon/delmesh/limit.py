@@ -14,10 +14,13 @@ _ON_LINE = 2.5e-7  # rounding of a place, of which the unit is the circle that t
 _EDGE_CREASES, _VERT_CREASES = ("crease_edge", "crease"), ("crease_vert", "vertex_creases.value")
 
 
-def _sharpness(data, names):
-    """-> numbers of the elements with a crease, and how many subdivisions each stays sharp."""
-    values = next((values for name in names if (values := data.layer(name)) is not None), np.zeros(0, np.float32))
-    creased = np.flatnonzero(values)
+def _sharpness(data, domain, names):
+    """-> numbers of the elements with a crease, and how many subdivisions each stays sharp. An attribute of such a name that is of
+    another domain or kind is the user's own."""
+    found = [layer.values for name in names for layer in data.layers
+             if layer.name == name and layer.domain == domain and layer.values.dtype.kind == "f" and layer.values.ndim == 1]
+    values = np.clip(found[0] if found else np.zeros(0), 0, 1)
+    creased = np.flatnonzero(values > 0)
     return creased, _FOR_EVER * values[creased].astype(np.float64) ** 2
 
 
@@ -28,8 +31,8 @@ class Surface:
     def __init__(self, delmesh, data, marks, layers, told, progress, cancel):
         self._data, self._cancel = data, cancel
         choices = {name: told[name] for name in ("scheme", "boundary", "face_varying")}
-        verts, vert_sharpness = _sharpness(data, _VERT_CREASES if told["use_creases"] else ())
-        edges, edge_sharpness = _sharpness(data, _EDGE_CREASES if told["use_creases"] else ())
+        verts, vert_sharpness = _sharpness(data, "POINT", _VERT_CREASES if told["use_creases"] else ())
+        edges, edge_sharpness = _sharpness(data, "EDGE", _EDGE_CREASES if told["use_creases"] else ())
         ends = np.unique(data.edges[data.loose_edges()])  # which Blender leaves where they are
         verts, vert_sharpness = np.append(verts, ends), np.append(vert_sharpness, np.full(len(ends), _FOR_EVER))
         self._cage = delmesh.Cage(data.positions, corner_verts=data.corner_verts, face_offsets=data.face_offsets, edges=data.edges,

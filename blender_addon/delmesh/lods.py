@@ -47,6 +47,9 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
             self.report({"ERROR"}, str(reason))
             self._over()
             return []
+        except BaseException:
+            self._over()
+            raise
         for i, verts in locked.items():
             requests[i].options["locked_verts"] = verts
             if self.boundary == "NONOBTUSE":

@@ -308,7 +308,7 @@ def lod(delmesh, data, keep, options, progress, cancel):
     for i, level in enumerate(levels):
         progress(0.9 + 0.1 * i / len(levels), "attributes")
         made.append(_Result(data, level, carried(level), options["boundary"] == "ignore").data)
-    told = [_plain(level) | {"bound": level.bound + beside} for level in report.levels]
+    told = [_plain(level) | {"bound": level.bound + beside if level.bound >= 0 else level.bound} for level in report.levels]
     return Outcome(made, _plain(report) | _repairs(source), told)
 
 

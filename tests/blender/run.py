@@ -71,7 +71,8 @@ def main():
         script = HERE / ("beside.py" if arguments.beside else "inside.py")
         environment["DELMESH_CERTIFIER"] = arguments.certifier
         if arguments.campaign:
-            environment |= {"DELMESH_CAMPAIGN": arguments.campaign, "DELMESH_SEED": arguments.seed}
+            environment |= {"DELMESH_CAMPAIGN": arguments.campaign, "DELMESH_SEED": arguments.seed,
+                            "MALLOC_MMAP_THRESHOLD_": "131072"}  # else glibc raises it, and free pieces between others stay
         if arguments.beside:
             environment["DELMESH_LIBRARY"] = arguments.shared_object
         elif arguments.source_tree:

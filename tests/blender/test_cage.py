@@ -121,6 +121,19 @@ class Surfaces(Case):
                     np.testing.assert_allclose(points(self.level(ob)), shapes[0], atol=1e-6)
             self.assertTrue(all(np.abs(a - b).max() > 0.01 for a, b in zip(shapes, shapes[1:])))
 
+    def test_attributes_that_only_sound_like_creases(self):
+        ob = sheet()
+        lod(ob)
+        plain = points(self.level(ob))
+        for name, domain in (("crease_edge", "FACE"), ("crease_edge", "CORNER"), ("crease_vert", "EDGE")):
+            with self.subTest(name=name, domain=domain):
+                self.setUp()
+                ob = sheet()
+                values = ob.data.attributes.new(name, "FLOAT", domain).data
+                values.foreach_set("value", np.ones(len(values), np.float32))
+                lod(ob)
+                np.testing.assert_array_equal(points(self.level(ob)), plain)
+
     def test_wires(self):
         ob = sheet()
         ob.data.vertices.add(1)
