@@ -208,6 +208,8 @@ class Bars(unittest.TestCase):
 class Interrupt(unittest.TestCase):
     @unittest.skipIf(os.name == "nt", "signals cannot be sent to oneself")
     def test_control_c(self):
+        self.addCleanup(signal.signal, signal.SIGINT, signal.getsignal(signal.SIGINT))
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # shells have jobs in the background ignore it
         big = delmesh.Mesh(*grid(700, 700))
         began = time.perf_counter()
         delmesh.remesh(big)

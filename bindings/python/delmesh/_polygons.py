@@ -43,7 +43,7 @@ class Given:
             self("corner_verts", faces, 3, called="faces")
             corner_verts = faces
         else:
-            self("corner_verts", corner_verts, 1)
+            self("corner_verts", corner_verts, 1, called="corner_verts" if faces is None else "faces")
         self("face_offsets", face_offsets, 1)
         self("face_sizes", face_sizes, 1, bytes_too=True)
         corners = np.asarray(corner_verts).reshape(-1)

@@ -2,6 +2,7 @@
 """Sparse weights of vertices, as armatures have them."""
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -36,7 +37,7 @@ def transfer_rows(mesh, offsets, indices, values, *, limit: int = 4, normalise: 
     """
     if not 1 <= limit <= 65535:  # here, as ctypes drops the bits that do not fit
         raise InvalidArgument(f"The argument 'limit' was {limit}, outside 1 to 65535.")
-    if not isinstance(normalise, (bool, str)) or normalise not in _NORMALISE:
+    if not isinstance(normalise, Hashable) or normalise not in _NORMALISE:
         raise InvalidArgument(f"The argument 'normalise' was {normalise!r}, which is not one of True, False, sum.")
     context, mesh = _prepare(context, cancel, mesh)
     source, target, keep = _capi.delmesh_rows(), _capi.delmesh_rows_mut(), []
