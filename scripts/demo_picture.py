@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws triangle meshes side by side into one PNG file: shaded faces, their wires, and chosen edges in red. Needs numpy only."""
+"""Draws triangle meshes side by side into one PNG file: shaded faces, their wires, and chosen edges in red; and what the other
+pictures need for that. Needs numpy only."""
 import struct
 import zlib
 
@@ -30,6 +31,41 @@ def caption_rows(text, scale):
         for y, row in enumerate(bits):
             rows[y, 6 * i:6 * i + 5] = [row >> (4 - x) & 1 for x in range(5)]
     return rows.repeat(scale, 0).repeat(scale, 1)
+
+
+def headline(text, width):
+    """The head of a panel, CAPTION x width x 3 bytes."""
+    head = np.empty((CAPTION, width, 3), np.uint8)
+    head[:] = PAPER
+    rows = caption_rows(text, 2)
+    head[16:16 + rows.shape[0], 12:12 + rows.shape[1]][rows] = INK
+    return head
+
+
+def view_from(eye, points, margin):
+    """-> the view of draw() that has all points, seen from the direction `eye` with y upwards."""
+    eye = np.asarray(eye, float) / np.linalg.norm(eye)
+    right = np.cross([0, 1.0, 0], eye)
+    right /= np.linalg.norm(right)
+    axes = np.array([right, np.cross(eye, right), eye])
+    centre = (points.min(0) + points.max(0)) / 2
+    return axes, centre, margin * np.abs((points - centre) @ axes[:2].T).max()
+
+
+def read_obj(path):
+    """-> points, faces of any size, UVs of their corners one after the other."""
+    points, coordinates, faces, uvs = [], [], [], []
+    for line in path.read_text().splitlines():
+        word, *rest = line.split() or [""]
+        if word == "v":
+            points.append([float(x) for x in rest[:3]])
+        elif word == "vt":
+            coordinates.append([float(x) for x in rest[:2]])
+        elif word == "f":
+            corners = [[int(number) - 1 for number in corner.split("/")[:2]] for corner in rest]
+            faces.append([vertex for vertex, _ in corners])
+            uvs += [coordinates[uv] for _, uv in corners]
+    return np.array(points), faces, np.array(uvs)
 
 
 def draw(points, faces, red_edges, view, paint=None, wires=True, size=SIZE):

@@ -12,28 +12,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from demo_picture import CAPTION, INK, PAPER, caption_rows, draw, write_png
+from demo_picture import PAPER, draw, headline, read_obj, view_from, write_png
 
 import delmesh
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = Path(os.environ.get("DELMESH_SHARED", ROOT.parent / "shared")) / "data"
 PANEL, SQUARES = 400, 32  # pixels; squares of the board over the texture's width
-
-
-def read_obj(path):
-    """-> points, triangles, UVs by face."""
-    points, coordinates, corners = [], [], []
-    for line in path.read_text().splitlines():
-        word, *rest = line.split() or [""]
-        if word == "v":
-            points.append([float(x) for x in rest[:3]])
-        elif word == "vt":
-            coordinates.append([float(x) for x in rest[:2]])
-        elif word == "f":
-            corners.append([[int(number) - 1 for number in corner.split("/")[:2]] for corner in rest])
-    corners = np.array(corners)
-    return np.array(points), corners[..., 0], np.array(coordinates)[corners[..., 1]]
 
 
 def board(uvs, flat=False):
@@ -53,34 +38,25 @@ def board(uvs, flat=False):
 def main():
     model, target = (sys.argv[1:] + ["", ""])[:2]
     points, faces, uvs = read_obj(Path(model or DATA / "clean" / "blub_triangulated.obj"))
-    given = {"layers": {"uv": uvs}}
+    faces = np.array(faces)
+    given = {"layers": {"uv": uvs.reshape(*faces.shape, 2)}}
     meshes = [("INPUT", delmesh.Mesh(points, faces, **given))]
     meshes += [(mode, delmesh.remesh(points, faces, mode=mode, **given).mesh) for mode in ("preserve", "flip")]
     meshes.append(("LOD 10 %", delmesh.decimate(points, faces, ratio=0.1, **given).mesh))
 
-    eye = np.array([0.86, 0.22, 0.46])
-    eye /= np.linalg.norm(eye)
-    right = np.cross([0, 1.0, 0], eye)
-    right /= np.linalg.norm(right)
-    axes = np.array([right, np.cross(eye, right), eye])
-    centre = (points.min(0) + points.max(0)) / 2
-    half = 1.06 * np.abs((points - centre) @ axes[:2].T).max()
+    axes, centre, half = view_from([0.86, 0.22, 0.46], points, 1.06)
     near = centre + axes.T @ (np.array([-0.52, 0.05, 0.3]) * half)
     columns, first, rows = [], None, slice(None)
     for name, mesh in meshes:
         uv = np.asarray(mesh.layers["uv"], float)
         seams = mesh.edges[(mesh.edge_flags & delmesh.EDGE_UV) != 0].tolist()
         triangles = mesh.faces.tolist()
-        head = np.empty((CAPTION, PANEL, 3), np.uint8)
-        head[:] = PAPER
-        text = caption_rows(f"{name}  {len(triangles)}", 2)
-        head[16:16 + text.shape[0], 12:12 + text.shape[1]][text] = INK
         whole = draw(mesh.positions, triangles, [], (axes, centre, half), board(uv), False, PANEL)
         if first is None:  # without most of the paper above and below
             drawn = np.flatnonzero((whole != PAPER).any(axis=(1, 2)))
             rows = slice(max(drawn[0] - 12, 0), drawn[-1] + 24)
         close = draw(mesh.positions, triangles, seams, (axes, near, 0.24 * half), board(uv), True, PANEL)
-        columns.append(np.vstack([head, whole[rows], close]))
+        columns.append(np.vstack([headline(f"{name}  {len(triangles)}", PANEL), whole[rows], close]))
         plain = draw(mesh.positions, triangles, [], (axes, centre, half), board(uv, True), False, PANEL).astype(int)
         first = plain if first is None else first
         seen = ~((first == PAPER).all(axis=2) | (plain == PAPER).all(axis=2))

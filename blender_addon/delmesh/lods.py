@@ -45,11 +45,7 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
                                      zip(requests, meshes.values())])
         except survive.Refused as reason:
             self.report({"ERROR"}, str(reason))
-            self._over()
             return []
-        except BaseException:
-            self._over()
-            raise
         for i, verts in locked.items():
             requests[i].options["locked_verts"] = verts
             if self.boundary == "NONOBTUSE":

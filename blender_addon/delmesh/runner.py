@@ -116,10 +116,9 @@ class Running:
         manager = context.window_manager
         manager.progress_begin(0, 100)
         try:
-            job.run(lambda: manager.progress_update(100 * job.fraction))
+            return self._end(context, job, lambda: manager.progress_update(100 * job.fraction))
         finally:
             manager.progress_end()
-        return self._end(context, job)
 
     def invoke(self, context, _event):
         if bpy.app.background or not context.window:
@@ -128,8 +127,7 @@ class Running:
         if not job:
             return {"CANCELLED"}
         if sum(request.triangles for request in job.requests) < AT_ONCE:
-            job.run()
-            return self._end(context, job)
+            return self._end(context, job, lambda: None)
         global _running
         _running = self._job = job
         job.start()
@@ -183,11 +181,19 @@ class Running:
         except native.Unavailable as reason:
             self.report({"ERROR"}, str(reason))
             return None
-        requests = self._requests(context)
+        requests = []
+        try:
+            requests = self._requests(context)
+        finally:
+            if not requests:
+                self._over()
         return Job(package, requests) if requests else None
 
-    def _end(self, context, job):
+    def _end(self, context, job, told=None):
+        """told: the job is still to be run, in this thread; called now and then meanwhile."""
         try:
+            if told:
+                job.run(told)
             return self._conclude(context, job)
         finally:
             self._over()

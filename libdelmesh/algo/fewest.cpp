@@ -27,8 +27,8 @@ constexpr double kLeastTrials = 8192; // in a round
 constexpr double kVerticesPerTrial = 10;     // of the input
 constexpr double kVerticesPerShortTrial = 8; // the same where trials do not wander
 constexpr int32_t kMostFailures = 3;         // of such trials around one vertex
-// Where flips may move the surface by no more than this, in units in the last place, one vertex hardly ever does for two. So a trial
-// that has to end with fewer takes out more than two.
+// Where flips may move the surface by no more than this, in units in the last place, one vertex hardly ever does for two. So a
+// trial that has to end with fewer takes out more than two.
 constexpr double kHardlyMoves = 8;
 constexpr int64_t kLeastToWin = 3;
 
