@@ -154,8 +154,9 @@ Status mark_edges(Context& context, const Mesh& in, Surface& s, bool features, d
     const double limit = features ? cosine_of_degrees(feature_angle) : 0;
     const bool polygons = in.imported && !in.face_source.empty();
     if (!features && !polygons) {
-        for (EdgeBits& bits : s.corner_bits) bits |= kEdgeSource;
-        return DELMESH_OK;
+        return context.parallel(s.corners(), 1 << 17, [&](int64_t, int64_t begin, int64_t end) {
+            for (int64_t c = begin; c < end; ++c) s.corner_bits[c] |= kEdgeSource;
+        });
     }
     for (int32_t c = 0; c < s.corners(); ++c) {
         if ((c & 0xfffff) == 0) DM_TRY(context.progress(0.5));

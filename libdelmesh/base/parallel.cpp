@@ -59,10 +59,10 @@ void ThreadPool::take_tasks(bool caller) {
 }
 
 // A thread that sleeps takes some tens of microseconds to wake up, as long as a short run takes. The next run is often near: who
-// waits stays awake for a while, but lets others have the core.
+// waits stays awake for about half a millisecond, longer than the serial parts between most runs, but lets others have the core.
 template <class Done>
 void ThreadPool::stay_awake(Done&& done) {
-    constexpr int kTurns = 256; // of some tenths of a microsecond
+    constexpr int kTurns = 2048; // of some tenths of a microsecond
     for (int i = 0; i < kTurns && !done(); ++i) std::this_thread::yield();
 }
 

@@ -14,7 +14,7 @@
 namespace dm {
 namespace {
 
-constexpr int64_t kVertexGrain = 8192;
+constexpr int64_t kVertexGrain = 4096;
 
 // All corners, sorted by vertex and, of one vertex, by number.
 class CornersOfVertices {
@@ -36,15 +36,7 @@ public:
             std::fill_n(count, vertices, 0);
             for (int64_t c = 3 * begin; c < 3 * end; ++c) ++count[vert[c]];
         }));
-        int32_t sum = 0;
-        for (int64_t v = 0; v < vertices; ++v) {
-            int32_t of_vertex = 0;
-            for (int64_t k = 0; k < slices; ++k) {
-                int32_t& count = counts[k * vertices + v];
-                of_vertex += std::exchange(count, sum + of_vertex); // where the slice's corners begin, until they are all in
-            }
-            sum += of_vertex;
-        }
+        DM_TRY(make_places(context, counts.data(), slices, vertices));
         if (slices > 1) { // a slice's corners may begin in the middle of a new huge page: two threads would clear it, or wait
             constexpr int64_t kPage = (1 << 21) / sizeof(int32_t);
             DM_TRY(context.parallel(corners_.size(), kPage, [&](int64_t, int64_t begin, int64_t) { corners[begin] = 0; }));
@@ -65,6 +57,27 @@ public:
     const int32_t* limit() const { return corners_.end(); }
 
 private:
+    // Numbers of corners, slice by slice, become the places where a slice's corners of a vertex begin, until they are all in.
+    static Status make_places(Context& context, int32_t* counts, int64_t slices, int64_t vertices) {
+        const auto sum_up = [&](int64_t begin, int64_t end, int32_t sum) {
+            for (int64_t v = begin; v < end; ++v)
+                for (int64_t k = 0; k < slices; ++k) sum += std::exchange(counts[k * vertices + v], sum);
+        };
+        if (slices == 1) return sum_up(0, vertices, 0), DELMESH_OK;
+        constexpr int64_t kGrain = 1 << 15;
+        Array<int32_t> before(context.memory(), (vertices + kGrain - 1) / kGrain);
+        DM_TRY(context.parallel(vertices, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+            int32_t sum = 0;
+            for (int64_t k = 0; k < slices; ++k)
+                for (int64_t v = begin; v < end; ++v) sum += counts[k * vertices + v];
+            before[block] = sum;
+        }));
+        int32_t sum = 0;
+        for (int32_t& of_block : before) sum += std::exchange(of_block, sum);
+        return context.parallel(vertices, kGrain,
+                                [&](int64_t block, int64_t begin, int64_t end) { sum_up(begin, end, before[block]); });
+    }
+
     Array<int32_t> ends_; // per vertex: one past its last corner
     Array<int32_t> corners_;
 };
