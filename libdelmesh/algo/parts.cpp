@@ -27,7 +27,8 @@ constexpr uint8_t kNobody = 255;
 constexpr int64_t kGrain = 1024; // edges whose part is looked for
 
 constexpr int64_t kStepsPerSlice = 65536; // of all parts together, flips and splits: about a tenth of a second. A trial is eight.
-constexpr int kMostTurns = 8, kMostRefills = 64;
+constexpr int kMostTurns = 8;
+constexpr int kMostRefills = 10; // where splits spread: beside edges that no part may touch they might do so for ever
 constexpr int32_t kMoreMoves = 256;
 constexpr int64_t kMoreEntries = 1024, kTrialEntries = 2048;
 
@@ -135,9 +136,9 @@ private:
         delmesh_remesh_report report{};
         Loop loop;
         Status status = DELMESH_OK;
-        int32_t more = 0;     // vertices to be supplied next
-        int64_t supplied = 0; // in all
-        int64_t most_own = 0; // entries of loop.own and loop.centres
+        int32_t more = 0, more_moves = 0; // vertices, and flips that move the surface: to be supplied next
+        int64_t supplied = 0, moves = 0;  // in all
+        int64_t most_own = 0;             // entries of loop.own and loop.centres
     };
 
     void cut_into_cells() {
@@ -226,6 +227,7 @@ private:
             new (&parts[i]) Part(whole, static_cast<uint8_t>(i));
             ++count;
             parts[i].more = edges[i] + edges[i] / 4 + 256;
+            parts[i].more_moves = kMoreMoves;
             Loop& loop = parts[i].loop;
             loop.ready.reserve(edges[i] + kMoreEntries);
             loop.pieces.reserve(4);
@@ -259,10 +261,11 @@ private:
         return DELMESH_OK;
     }
 
-    // Numbers and memory for `more` vertices in each part, as far as the limit of vertices goes.
+    // Numbers and memory for `more` vertices and `more_moves` flips in each part, as far as the limit of vertices goes.
     void supply() {
         int64_t wanted = 0;
-        for (int32_t i = 0; i < count; ++i) wanted += parts[i].more;
+        int32_t moves = 0;
+        for (int32_t i = 0; i < count; ++i) wanted += parts[i].more, moves += parts[i].more_moves;
         const int64_t limit = std::max<int64_t>(0, whole.rules.max_vertices - whole.s.vertices_in_use());
         int32_t all = 0;
         for (int32_t i = 0; i < count; ++i) {
@@ -270,7 +273,7 @@ private:
             all += parts[i].more;
         }
         Surface::Supply supply = whole.s.grow_blank(all, 2 * all, all);
-        FlatPatches::Share patches = whole.patches->grow_blank(whole.s, count * kMoreMoves);
+        FlatPatches::Share patches = whole.patches->grow_blank(whole.s, moves);
         owner.reserve(owner.size() + all);
         for (int32_t i = 0; i < count; ++i)
             for (int32_t v = 0; v < parts[i].more; ++v) owner.push_back(static_cast<uint8_t>(i));
@@ -282,19 +285,18 @@ private:
             supply.carriers.end = supply.carriers.next + more;
             part.surface.refresh(whole.s, owner.data());
             part.patches.refresh(*whole.patches);
-            if (more > 0) {
-                part.surface.supply(supply);
-                part.patches.supply(patches.first(kMoreMoves));
-            }
+            if (more > 0) part.surface.supply(supply);
+            if (part.more_moves > 0) part.patches.supply(patches.first(part.more_moves));
             supply.verts.next = supply.verts.end;
             supply.faces.next = supply.faces.end;
             supply.carriers.next = supply.carriers.end;
-            patches = patches.after(kMoreMoves);
+            patches = patches.after(part.more_moves);
             reserve_queues(part);
             part.supplied += more;
+            part.moves += part.more_moves;
             part.most_own = std::max(part.most_own, part.loop.own.size() + 2 * static_cast<int64_t>(more));
             part.loop.own.reserve(std::min(part.supplied, part.most_own)); // an entry for each split
-            part.more = 0;
+            part.more = part.more_moves = 0;
         }
     }
 
@@ -354,13 +356,16 @@ private:
         return DELMESH_OK;
     }
 
-    // Supplies parts that stopped for want of room. False if there is none, or the limit of vertices forbids it.
+    // Supplies parts that stopped for want of room, of what they lack, by half of what they had: all arrays of the surface are copied
+    // each time. False if there is none, or the limit of vertices forbids it.
     bool refill() {
         bool wanted = false;
         for (int32_t i = 0; i < count; ++i) {
             Loop& loop = parts[i].loop;
             if (loop.ready.empty() && loop.blocked.empty()) continue;
-            parts[i].more = static_cast<int32_t>(std::min<int64_t>(loop.report.splits / 2 + 256, 1 << 24));
+            const auto half = [](int64_t had) { return static_cast<int32_t>(std::min<int64_t>(had / 2 + 256, 1 << 24)); };
+            if (!parts[i].surface.has_room()) parts[i].more = half(loop.report.splits);
+            if (!parts[i].patches.has_room()) parts[i].more_moves = half(parts[i].moves);
             wanted = true;
         }
         if (!wanted || whole.s.vertices_in_use() + count >= whole.rules.max_vertices) return false;

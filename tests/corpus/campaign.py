@@ -212,6 +212,6 @@ def run_campaign(description, plan, head, line_of, table, columns, keys):
         print(head)
         checks = run_cases(cases, options.jobs, print_rows)
     checks += judge_nasty(checks)
-    if not options.smoke and not options.only:
+    if options.update or not (options.smoke or options.only):
         checks.append(compare_figures(checks, options, table, columns, keys))
     return conclude(checks, len(cases), began)
