@@ -12,7 +12,8 @@ from .meshdata import Layer, MeshData, Rows
 _TYPES = {"FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "INT8": ("value", 1, np.int32),
           "BOOLEAN": ("value", 1, bool), "FLOAT_VECTOR": ("vector", 3, np.float32), "FLOAT2": ("vector", 2, np.float32),
           "INT32_2D": ("value", 2, np.int32), "INT16_2D": ("value", 2, np.int32), "QUATERNION": ("value", 4, np.float32),
-          "FLOAT4X4": ("value", 16, np.float32), "FLOAT_COLOR": ("color", 4, np.float32), "BYTE_COLOR": ("color", 4, np.float32)}
+          "FLOAT4X4": ("value", 16, np.float32), "FLOAT_COLOR": ("color", 4, np.float32),
+          "BYTE_COLOR": ("color_srgb", 4, np.float32)}  # as it is stored: to linear numbers Blender takes several times longer
 # The mesh itself
 _STRUCTURE = {"position", ".edge_verts", ".corner_vert", ".corner_edge"}
 # Properties that became attributes: (collection, property, dtype, attribute, first version that has it as attribute)

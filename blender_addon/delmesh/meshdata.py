@@ -11,8 +11,8 @@ import numpy as np
 
 @dataclasses.dataclass
 class Layer:
-    """`values` has a row per element of `domain`. kind: the type of a Blender attribute; "UV"; or where it is kept otherwise, see
-    exchange.py. texts: of strings, which values number."""
+    """`values` has a row per element of `domain`. kind: the type of a Blender attribute, of which BYTE_COLOR is as it is stored, in
+    sRGB; "UV"; or where it is kept otherwise, see exchange.py. texts: of strings, which values number."""
 
     name: str
     kind: str

@@ -20,7 +20,8 @@ _MARKS = [("uv_seam", "EDGE_SEAM", "seams"), ("use_seam", "EDGE_SEAM", "seams"),
           ("crease", "EDGE_CREASE", "creases"),
           ("bevel_weight_edge", "EDGE_MARKED", "creases"), ("bevel_weight", "EDGE_MARKED", "creases"),
           ("freestyle_edge", "EDGE_MARKED", "freestyle"), ("use_freestyle_mark", "EDGE_MARKED", "freestyle")]
-_COLORS = ("FLOAT_COLOR", "BYTE_COLOR")
+_BYTES = "BYTE_COLOR"
+_COLORS = ("FLOAT_COLOR", _BYTES)
 _SEEN = ("UV", *_COLORS)  # and so better right all over a face than at its corners
 _TAKING_PART = ("uv_weight", "normal_weight", "fit")
 # What edges can be kept for; the options of the operators
@@ -349,7 +350,40 @@ def _repairs(source):
             for name in ("degenerate_faces", "duplicate_faces", "non_finite_faces", "reoriented_faces", "nonmanifold_edges")}
 
 
-RUNS = {"remesh": remesh, "lod": lod, "check": check}
+def _to_linear(values):
+    """Of colours as bytes are stored, (n, 4): sRGB and alpha."""
+    byte = np.arange(256) / 255
+    table = np.where(byte < 0.04045, byte / 12.92, ((byte + 0.055) / 1.055)**2.4).astype(np.float32)
+    made = values.copy()
+    made[:, :3] = table[np.rint(255 * values[:, :3]).astype(np.uint8)]
+    return made
+
+
+def _to_stored(values):
+    """The other way."""
+    made = np.clip(values, 0, 1)
+    color = made[:, :3]
+    made[:, :3] = np.where(color < 0.0031308, 12.92 * color, 1.055 * color**np.float32(1 / 2.4) - 0.055)
+    return made
+
+
+def _with_bytes(data, convert):
+    """`data` with its layers of bytes converted."""
+    return dataclasses.replace(data, layers=[
+        dataclasses.replace(layer, values=convert(layer.values)) if layer.kind == _BYTES else layer for layer in data.layers])
+
+
+def _linear(run):
+    """The run on linear colours, of which alone means are right."""
+    def on_linear(delmesh, data, *arguments):
+        outcome = run(delmesh, _with_bytes(data, _to_linear), *arguments)
+        outcome.meshes = [_with_bytes(made, _to_stored) for made in outcome.meshes]
+        return outcome
+
+    return on_linear
+
+
+RUNS = {"remesh": _linear(remesh), "lod": _linear(lod), "check": check}
 
 
 def to_degrees(angle):

@@ -326,6 +326,22 @@ class Survival(Case):
             np.testing.assert_array_equal(getattr(after.weights, name), getattr(before.weights, name))
         np.testing.assert_array_equal(after.keys, before.keys)
 
+    def test_byte_colours_stay_to_the_bit(self):
+        """And are interpolated as the light that they stand for."""
+        ob, _ = self.make()
+        paint = ob.data.attributes.new("paint", "BYTE_COLOR", "POINT")
+        count = len(paint.data)
+        stored = (np.arange(4 * count) * 37 % 256 / 255).astype(np.float32)
+        paint.data.foreach_set("color_srgb", stored)
+        linear_ = get(paint.data, "color", 4)
+        survive = part("survive")
+        np.testing.assert_allclose(survive._to_linear(stored.reshape(-1, 4)), linear_, atol=1e-6)
+        np.testing.assert_allclose(survive._to_stored(linear_), stored.reshape(-1, 4), atol=1e-6)
+        remesh(ob, mode="PRESERVE", as_copy=False)
+        paint = ob.data.attributes["paint"]
+        self.assertGreater(len(paint.data), count)
+        np.testing.assert_array_equal(get(paint.data, "color_srgb", 4)[:count], stored.reshape(-1, 4))
+
     def test_linked_duplicates_share_the_result(self):
         ob, _ = self.make()
         twin = ob.copy()
