@@ -5,7 +5,7 @@
     meshdata.py    a mesh with everything on it, as arrays
     exchange.py    Blender meshes to that and back
     survive.py     what is done to it; limit.py: of its limit surface. Without bpy
-    runner.py      runs that, in a thread if there is a window
+    runner.py      runs that in a thread, with meshes read piece by piece, so that a window stays alive
     isolation.py   ... and in another process: helper.py, shared.py
     options.py     of the operators; settings.py: what files remember
     operators.py   Delaunay Remesh, Check Delaunay; lods.py: Delaunay LOD Family; gltf.py: families in glTF files

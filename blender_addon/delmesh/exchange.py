@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender meshes to MeshData and back. What Blender stores as attributes goes through them (fast since 3.5); what an older Blender
 keeps elsewhere (UV maps, edge marks, smooth flags in 3.4) goes through its properties. Exact types matter: with another dtype
-foreach_get is many times slower."""
+foreach_get is many times slower.
+
+Reading is a generator, which yields after all that takes a while, for Blender's window to have a look. Writing is not: nobody may
+see half a mesh."""
 import bmesh
 import bpy
 import numpy as np
 
 from .meshdata import Layer, MeshData, Rows
+from .survive import Refused
 
-# type of an attribute -> (property of its elements, numbers per element, dtype)
-_TYPES = {"FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "INT8": ("value", 1, np.int32),
-          "BOOLEAN": ("value", 1, bool), "FLOAT_VECTOR": ("vector", 3, np.float32), "FLOAT2": ("vector", 2, np.float32),
-          "INT32_2D": ("value", 2, np.int32), "INT16_2D": ("value", 2, np.int32), "QUATERNION": ("value", 4, np.float32),
-          "FLOAT4X4": ("value", 16, np.float32), "FLOAT_COLOR": ("color", 4, np.float32),
-          "BYTE_COLOR": ("color_srgb", 4, np.float32)}  # as it is stored: to linear numbers Blender takes several times longer
+# type of an attribute -> (property of its elements, dtype, numbers per element)
+_TYPES = {"FLOAT": ("value", np.float32, 1), "INT": ("value", np.int32, 1), "INT8": ("value", np.int32, 1),
+          "BOOLEAN": ("value", bool, 1), "FLOAT_VECTOR": ("vector", np.float32, 3), "FLOAT2": ("vector", np.float32, 2),
+          "INT32_2D": ("value", np.int32, 2), "INT16_2D": ("value", np.int32, 2), "QUATERNION": ("value", np.float32, 4),
+          "FLOAT4X4": ("value", np.float32, 16), "FLOAT_COLOR": ("color", np.float32, 4),
+          "BYTE_COLOR": ("color_srgb", np.float32, 4)}  # as it is stored: to linear numbers Blender takes several times longer
 # The mesh itself
 _STRUCTURE = {"position", ".edge_verts", ".corner_vert", ".corner_edge"}
 # Properties that became attributes: (collection, property, dtype, attribute, first version that has it as attribute)
@@ -33,13 +37,22 @@ _VERTEX_LAYERS = [("vertex_creases", "crease", "value", 1, np.float32, (4, 0)),
                   ("skin_vertices", "skin", "radius", 2, np.float32, (99, 0)),
                   ("skin_vertices", "skin", "use_root", 1, bool, (99, 0)),
                   ("skin_vertices", "skin", "use_loose", 1, bool, (99, 0))]
+# What takes some milliseconds: elements for Python to look at one by one, bytes for the system to find
+_ELEMENTS, _BYTES = 8192, 1 << 22
 _ACTIVE = [("attributes", "active_index"), ("attributes", "active_color_index"), ("attributes", "render_color_index"),
            ("uv_layers", "active_index")]
 
 
-def _get(collection, name, dtype, components=1):
-    values = np.empty(len(collection) * components, dtype)
-    collection.foreach_get(name, values)
+def _get(find, name, dtype, components=1):
+    """find() -> the collection, which may move between the steps. Memory is found in pieces beforehand: for a large new array the
+    system takes longer than Blender to fill it."""
+    values = np.empty(len(find()) * components, dtype)
+    step = _BYTES // values.itemsize
+    for first in range(0, len(values), step):
+        values[first:first + step] = 0
+        yield
+    find().foreach_get(name, values)
+    yield
     return values if components == 1 else values.reshape(-1, components)
 
 
@@ -47,11 +60,10 @@ def _set(collection, name, values):
     collection.foreach_set(name, np.ascontiguousarray(values).reshape(-1))
 
 
-def _get_structure(mesh, name, collection, fallback, dtype, components):
-    attribute = mesh.attributes.get(name)
-    if attribute:
-        return _get(attribute.data, "vector" if components == 3 else "value", dtype, components)
-    return _get(collection, fallback, dtype, components)
+def _get_structure(mesh, name, owner, fallback, dtype, components=1):
+    if name in mesh.attributes:
+        return _get(lambda: mesh.attributes[name].data, "vector" if components == 3 else "value", dtype, components)
+    return _get(lambda: getattr(mesh, owner), fallback, dtype, components)
 
 
 def _set_structure(mesh, name, collection, fallback, values):
@@ -65,28 +77,72 @@ def _set_structure(mesh, name, collection, fallback, values):
 # ---- Reading ----------------------------------------------------------------------------------------------------------------
 
 
-def read_surface(mesh):
-    """-> MeshData of the faces alone."""
-    return MeshData(
-        positions=_get_structure(mesh, "position", mesh.vertices, "co", np.float32, 3),
-        edges=_get_structure(mesh, ".edge_verts", mesh.edges, "vertices", np.int32, 2),
-        corner_verts=_get_structure(mesh, ".corner_vert", mesh.loops, "vertex_index", np.int32, 1),
-        corner_edges=_get_structure(mesh, ".corner_edge", mesh.loops, "edge_index", np.int32, 1),
-        face_offsets=np.append(_get(mesh.polygons, "loop_start", np.int32), np.int32(len(mesh.loops))),
-        layers=[])
+def drained(steps):
+    """Takes all the steps of a generator. -> what it returns."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as over:
+            return over.value
 
 
 def read(mesh, ob, normals=True):
+    """All of reading() at once."""
+    return drained(reading(mesh, ob, normals))
+
+
+def reading(mesh, ob, normals=True):
     """-> MeshData. ob: an object of the mesh; vertex groups are only reached through it. normals: whether custom normals are read
-    (they take long)."""
-    data = read_surface(mesh)
-    data.layers = [*_read_uvs(mesh), *_read_attributes(mesh), *_read_properties(mesh)]
+    (they take long). Refuses a mesh that changes between the steps."""
+    return _while_unchanged(mesh, _read(mesh, ob, normals))
+
+
+def reading_surface(mesh):
+    """-> MeshData of the faces alone."""
+    return _while_unchanged(mesh, _read_surface(mesh))
+
+
+def _while_unchanged(mesh, steps):
+    before, changed = _shape(mesh), False
+    while not changed:
+        try:
+            next(steps)
+        except StopIteration as over:
+            return over.value
+        yield
+        try:
+            changed = _shape(mesh) != before
+        except ReferenceError:
+            changed = True
+    raise Refused("A mesh was changed while it was read")
+
+
+def _shape(mesh):
+    return (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons), mesh.attributes.keys(), mesh.uv_layers.keys(),
+            mesh.shape_keys and mesh.shape_keys.key_blocks.keys())
+
+
+def _read_surface(mesh):
+    starts = yield from _get(lambda: mesh.polygons, "loop_start", np.int32)
+    return MeshData(
+        positions=(yield from _get_structure(mesh, "position", "vertices", "co", np.float32, 3)),
+        edges=(yield from _get_structure(mesh, ".edge_verts", "edges", "vertices", np.int32, 2)),
+        corner_verts=(yield from _get_structure(mesh, ".corner_vert", "loops", "vertex_index", np.int32)),
+        corner_edges=(yield from _get_structure(mesh, ".corner_edge", "loops", "edge_index", np.int32)),
+        face_offsets=np.append(starts, np.int32(len(mesh.loops))),
+        layers=[])
+
+
+def _read(mesh, ob, normals):
+    data = yield from _read_surface(mesh)
+    for more in (_read_uvs, _read_attributes, _read_properties):
+        yield from more(mesh, data.layers)
     if ob.vertex_groups:
-        data.weights = _read_weights(mesh)
-    if mesh.shape_keys:
-        data.keys = [_get(key.data, "co", np.float32, 3) for key in mesh.shape_keys.key_blocks]
+        data.weights = yield from _read_weights(mesh)
+    for name in mesh.shape_keys.key_blocks.keys() if mesh.shape_keys else ():
+        data.keys.append((yield from _get(lambda: mesh.shape_keys.key_blocks[name].data, "co", np.float32, 3)))
     if normals and _has_packed_normals(mesh):
-        data.normals = _read_normals(mesh)
+        data.normals = yield from _read_normals(mesh)
     return data
 
 
@@ -98,28 +154,34 @@ def _has_packed_normals(mesh):
 
 def _read_normals(mesh):
     if hasattr(mesh, "corner_normals"):  # 4.1
-        return _get(mesh.corner_normals, "vector", np.float32, 3)
+        return (yield from _get(lambda: mesh.corner_normals, "vector", np.float32, 3))
     mesh.calc_normals_split()
-    values = _get(mesh.loops, "normal", np.float32, 3)
+    values = drained(_get(lambda: mesh.loops, "normal", np.float32, 3))
     mesh.free_normals_split()
     return values
 
 
-def _read_uvs(mesh):
-    for layer in mesh.uv_layers:
-        if hasattr(layer, "uv"):  # 3.5
-            yield Layer(layer.name, "UV", "CORNER", _get(layer.uv, "vector", np.float32, 2))
+# Layers are looked up by their names at every step: meanwhile others may have moved them.
+
+
+def _read_uvs(mesh, layers):
+    for name in mesh.uv_layers.keys():
+        if hasattr(mesh.uv_layers[name], "uv"):  # 3.5
+            values = yield from _get(lambda: mesh.uv_layers[name].uv, "vector", np.float32, 2)
+            layers.append(Layer(name, "UV", "CORNER", values))
         else:
-            yield Layer(layer.name, "UV", "CORNER", _get(layer.data, "uv", np.float32, 2))
-            pinned = _get(layer.data, "pin_uv", bool)
+            values = yield from _get(lambda: mesh.uv_layers[name].data, "uv", np.float32, 2)
+            layers.append(Layer(name, "UV", "CORNER", values))
+            pinned = yield from _get(lambda: mesh.uv_layers[name].data, "pin_uv", bool)
             if pinned.any():
-                yield Layer(layer.name, "UV_PIN", "CORNER", pinned)
+                layers.append(Layer(name, "UV_PIN", "CORNER", pinned))
 
 
-def _read_attributes(mesh):
-    uvs = {layer.name for layer in mesh.uv_layers}
-    for attribute in mesh.attributes:
-        name, kind = attribute.name, attribute.data_type
+def _read_attributes(mesh, layers):
+    uvs = mesh.uv_layers.keys()
+    for name in mesh.attributes.keys():
+        attribute = mesh.attributes[name]
+        kind, domain = attribute.data_type, attribute.domain
         if name in _STRUCTURE or name in uvs or len(attribute.data) == 0:
             continue
         if name == ".select_edge" and kind != "BOOLEAN":  # see _repair_selection
@@ -127,41 +189,60 @@ def _read_attributes(mesh):
         if name == "custom_normal" and kind == "INT16_2D":
             continue
         if kind == "STRING":
-            values = [element.value for element in attribute.data]
-            texts = sorted({type(values[0])(), *values})  # the empty one first: elements without a source get 0
-            numbers = {text: number for number, text in enumerate(texts)}
-            yield Layer(name, kind, attribute.domain, np.array([numbers[text] for text in values], np.int32), texts)
+            texts, numbers = yield from _read_texts(mesh, name)
+            layers.append(Layer(name, kind, domain, numbers, texts))
         elif kind in _TYPES:
-            value, components, dtype = _TYPES[kind]
-            yield Layer(name, kind, attribute.domain, _get(attribute.data, value, dtype, components))
+            layers.append(Layer(name, kind, domain, (yield from _get(lambda: mesh.attributes[name].data, *_TYPES[kind]))))
 
 
-def _read_properties(mesh):
+def _read_texts(mesh, name):
+    """-> the texts there are, the empty one first, as elements without a source get 0; and the number of each element's."""
+    values = []
+    for some in _slices(len(mesh.attributes[name].data)):
+        values += [element.value for element in mesh.attributes[name].data[some]]
+        yield
+    texts = sorted({type(values[0])(), *values})
+    numbers = {text: number for number, text in enumerate(texts)}
+    return texts, np.array([numbers[text] for text in values], np.int32)
+
+
+def _read_properties(mesh, layers):
     for owner, name, dtype, attribute, until in _PROPERTIES:
         if bpy.app.version < until and attribute not in mesh.attributes:
-            values = _get(getattr(mesh, owner), name, dtype)
+            values = yield from _get(lambda: getattr(mesh, owner), name, dtype)
             if values.any():
-                yield Layer(name, "PROPERTY", _DOMAINS[owner], values)
+                layers.append(Layer(name, "PROPERTY", _DOMAINS[owner], values))
     for owner, _, name, components, dtype, until in _VERTEX_LAYERS:
         if bpy.app.version < until and len(getattr(mesh, owner)):
-            yield Layer(f"{owner}.{name}", "VERTEX", "POINT", _get(getattr(mesh, owner)[0].data, name, dtype, components))
-    for layer in getattr(mesh, "face_maps", ()):  # before 4.0
-        yield Layer(layer.name, "FACE_MAP", "FACE", _get(layer.data, "value", np.int32))
+            values = yield from _get(lambda: getattr(mesh, owner)[0].data, name, dtype, components)
+            layers.append(Layer(f"{owner}.{name}", "VERTEX", "POINT", values))
+    for name in mesh.face_maps.keys() if hasattr(mesh, "face_maps") else ():  # before 4.0
+        values = yield from _get(lambda: mesh.face_maps[name].data, "value", np.int32)
+        layers.append(Layer(name, "FACE_MAP", "FACE", values))
+
+
+def _slices(count):
+    """Of so many elements that Python looks at one by one; at least one."""
+    return [slice(first, first + _ELEMENTS) for first in range(0, max(count, 1), _ELEMENTS)]
 
 
 def _read_weights(mesh):
-    offsets, indices, values = [0], [], []
-    for vertex in mesh.vertices:
-        for element in vertex.groups:
-            indices.append(element.group)
-            values.append(element.weight)
-        offsets.append(len(indices))
-    return Rows(np.array(offsets, np.int64), np.array(indices, np.int32), np.array(values, np.float32))
+    parts = []
+    for some in _slices(len(mesh.vertices)):
+        offsets, indices, values = [0], [], []
+        for vertex in mesh.vertices[some]:
+            for element in vertex.groups:
+                indices.append(element.group)
+                values.append(element.weight)
+            offsets.append(len(indices))
+        parts.append(Rows(np.array(offsets, np.int64), np.array(indices, np.int32), np.array(values, np.float32)))
+        yield
+    return Rows.concatenate(parts)
 
 
 def selected_faces(mesh):
     """(f,) bool."""
-    return _get(mesh.polygons, "select", bool)
+    return drained(_get(lambda: mesh.polygons, "select", bool))
 
 
 # ---- Writing ----------------------------------------------------------------------------------------------------------------
@@ -269,11 +350,15 @@ def _write_layer(layer, mesh):
 
 
 def _write_normals(data, mesh):
-    sharp = _get(mesh.edges, "use_edge_sharp", bool)
+    sharp = _sharp_edges(mesh)
     mesh.normals_split_custom_set(data.normals)
-    if (_get(mesh.edges, "use_edge_sharp", bool) != sharp).any():  # where normals differ it makes edges sharp
+    if (_sharp_edges(mesh) != sharp).any():  # where normals differ it makes edges sharp
         _set(mesh.edges, "use_edge_sharp", sharp)
         mesh.update()
+
+
+def _sharp_edges(mesh):
+    return drained(_get(lambda: mesh.edges, "use_edge_sharp", bool))
 
 
 def _write_weights(data, ob, settings):
@@ -284,31 +369,16 @@ def _write_weights(data, ob, settings):
             groups.new(name=name)
     if data.weights is None:
         return
-    vertices = np.repeat(np.arange(len(data.positions)), np.diff(data.weights.offsets))
-    order = np.lexsort([data.weights.values, data.weights.indices])
-    numbers = data.weights.indices[order]
     for number, (group, (_, lock)) in enumerate(zip(groups, settings.groups)):
-        low, high = np.searchsorted(numbers, [number, number + 1])
-        members = order[low:high]
-        values, starts = np.unique(data.weights.values[members], return_index=True)
-        for value, run in zip(values.tolist(), np.split(vertices[members], starts[1:])):
-            group.add(run.tolist(), value, "REPLACE")
+        values, bounds, vertices = data.weights.by_value.get(number, ((), (), ()))
+        for value, low, high in zip(values, bounds, bounds[1:]):
+            group.add(vertices[low:high], value, "REPLACE")
         group.lock_weight = lock
     groups.active_index = settings.active_group
 
 
-def select_edges(mesh, pairs, faces):
-    """Selects these edges (n, 2), the diagonals of polygons as well as they can be: by their two vertices, and these faces."""
-    verts, edges, polygons = np.zeros(len(mesh.vertices), bool), np.zeros(len(mesh.edges), bool), np.zeros(len(mesh.polygons), bool)
-    verts[pairs] = True
-    ends = _get_structure(mesh, ".edge_verts", mesh.edges, "vertices", np.int32, 2)
-    count = len(verts)
-    keys = np.sort(ends, axis=1).astype(np.int64) @ (count, 1)
-    edges[np.isin(keys, np.sort(pairs, axis=1).astype(np.int64) @ (count, 1))] = True
-    polygons[faces] = True
-    corner_edges = _get_structure(mesh, ".corner_edge", mesh.loops, "edge_index", np.int32, 1)
-    edges[corner_edges[np.repeat(polygons, _get(mesh.polygons, "loop_total", np.int32))]] = True
-    verts[ends[edges]] = True
+def select(mesh, verts, edges, faces):
+    """Selects these elements, bool per element, and no others."""
     _repair_selection(mesh)
-    for collection, values in ((mesh.vertices, verts), (mesh.edges, edges), (mesh.polygons, polygons)):
+    for collection, values in ((mesh.vertices, verts), (mesh.edges, edges), (mesh.polygons, faces)):
         _set(collection, "select", values)

@@ -24,6 +24,8 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
     bl_label = "Delaunay LOD Family"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
+    _temporary = ()  # names of meshes that go when the run is over
+
     @classmethod
     def poll(cls, context):
         return can_run(cls, context)
@@ -35,22 +37,11 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
 
     def _requests(self, context):
         self._began = time.perf_counter()
-        self._cautions, self._temporary = Cautions(), []
-        requests, locked = [], {}
-        meshes = selected_meshes(self, context)
-        try:
-            for mesh, objects in meshes.items():
-                requests.append(self._request(context, mesh, objects[0]))
-            locked = shared_borders([(request.data, meshes_ob.matrix_world) for request, (meshes_ob, *_) in
-                                     zip(requests, meshes.values())])
-        except survive.Refused as reason:
-            self.report({"ERROR"}, str(reason))
-            return []
-        for i, verts in locked.items():
-            requests[i].options["locked_verts"] = verts
-            if self.boundary == "NONOBTUSE":
-                self._cautions.add("shares borders with another object; with Borders set to Keep they fit afterwards",
-                                   requests[i].object())
+        self._cautions = Cautions()
+        requests = []
+        for mesh, objects in selected_meshes(self, context).items():
+            request = yield from self._request(context, mesh, objects[0])
+            requests.append(request)
         return requests
 
     def _request(self, context, mesh, ob):
@@ -64,19 +55,27 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
             triangles = cage.triangles(template, options["cage"]["rate"])
         elif self.source == "EVALUATED":
             template = self._evaluated(context, ob)
-        data = exchange.read(template, ob, self._custom_normals())
+        density = self._density(ob)
+        data = yield from exchange.reading(template, ob, self._custom_normals())
         size = float(np.linalg.norm(np.ptp(data.positions, axis=0))) if len(data.positions) else 0.0
         options["targets"] = self.targets(size, cautions.scale_of(ob))
         if self.lod0 == "REMESHED":
             options["targets"].insert(0, "full")
-        request = Request("lod", data, self.kept(), options, ob, triangles, template=template.name)
-        self._add_density(request, ob)
         self._caution(ob, template)
-        return request
+        return Request("lod", data, self.kept(), options, ob, triangles, template=template.name, density=density,
+                       matrix=np.array(ob.matrix_world))
+
+    @staticmethod
+    def _prepare(requests):
+        for request in requests:
+            if request.more["density"] and request.data.weights:
+                _add_density(request, *request.more["density"])
+        for i, verts in shared_borders([(request.data, request.more["matrix"]) for request in requests]).items():
+            requests[i].options["locked_verts"] = verts
 
     def _evaluated(self, context, ob, without=()):
         mesh = evaluated(context, ob, without)
-        self._temporary.append(mesh.name)
+        self._temporary = [*self._temporary, mesh.name]
         return mesh
 
     def _custom_normals(self):
@@ -94,16 +93,12 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
                 self._cautions.add(f"modifiers {what}: {', '.join(names)}", ob)
         return modifier
 
-    def _add_density(self, request, ob):
+    def _density(self, ob):
+        """The vertex group's number and what triangles it makes smaller by, None without."""
         group = ob.vertex_groups.get(self.density_group) if self.density_group else None
         if self.density_group and not group:
             self._cautions.add(f"has no vertex group {self.density_group}", ob)
-        rows = request.data.weights
-        if group and rows:
-            weights = np.zeros(len(request.data.positions))
-            there = rows.indices == group.index
-            weights[np.repeat(np.arange(len(weights)), np.diff(rows.offsets))[there]] = rows.values[there]
-            request.options["vert_weights"] = float(self.density_factor) ** weights
+        return group and (group.index, float(self.density_factor))
 
     def _caution(self, ob, template):
         for lost in cautions.losses(ob, False, self._custom_normals()):
@@ -119,6 +114,8 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
             ob = request.object()
             levels = self._make(request, ob)
             repairs(self._cautions, ob, request.outcome.report)
+            if "locked_verts" in request.options and self.boundary == "NONOBTUSE":
+                self._cautions.add("shares borders with another object; with Borders set to Keep they fit afterwards", ob)
             for name, level in zip(levels, request.outcome.levels):
                 stopped_by = _STOPPED_BY.get(level["stopped_by"])
                 if level["stopped_by"] == "bound":
@@ -195,9 +192,8 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
         return level
 
     def _over(self):
-        for name in self._temporary:
-            bpy.data.meshes.remove(bpy.data.meshes[name])
-        self._temporary.clear()
+        while self._temporary:
+            bpy.data.meshes.remove(bpy.data.meshes[self._temporary.pop()])
 
 
 def evaluated(context, ob, without=()):
@@ -236,6 +232,13 @@ def show_level(context, number_):
             ob.hide_set(number_ >= 0 and ob.get(LEVEL) != number_)
 
 
+def _add_density(request, group, factor):
+    rows, weights = request.data.weights, np.zeros(len(request.data.positions))
+    there = rows.indices == group
+    weights[np.repeat(np.arange(len(weights)), np.diff(rows.offsets))[there]] = rows.values[there]
+    request.options["vert_weights"] = factor ** weights
+
+
 def shared_borders(parts):
     """parts: (MeshData, matrix to the scene). -> {number of the part: (v,) bool} of border vertices that lie where another part has
     one: decimation must leave them alone, for the parts to fit afterwards."""
@@ -244,7 +247,6 @@ def shared_borders(parts):
     places, owners, verts = [], [], []
     for i, (data, matrix) in enumerate(parts):
         border = np.flatnonzero(data.border_verts())
-        matrix = np.array(matrix)
         places.append(data.positions[border] @ matrix[:3, :3].T + matrix[:3, 3])
         owners.append(np.full(len(border), i))
         verts.append(border)

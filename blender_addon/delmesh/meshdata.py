@@ -5,6 +5,7 @@ can go to another process.
 Corners are numbered polygon by polygon: corner i has the vertex corner_verts[i], and corner_edges[i] is the edge to the next one of
 its polygon. Domains are named as Blender names them: POINT, EDGE, FACE, CORNER."""
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -36,6 +37,19 @@ class Rows:
         entries = np.repeat(begin - offsets[:-1], count) + np.arange(offsets[-1])
         return Rows(offsets, self.indices[entries], self.values[entries])
 
+    @functools.cached_property
+    def by_value(self):
+        """{group: (values, bounds, elements)}, as lists: elements[bounds[i]:bounds[i + 1]] have values[i] of that group."""
+        order = np.lexsort([self.values, self.indices])
+        elements = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))[order]
+        groups, first = np.unique(self.indices[order], return_index=True)
+        made = {}
+        for group, low, high in zip(groups.tolist(), first, [*first[1:], len(order)]):
+            values = self.values[order[low:high]]
+            starts = np.flatnonzero(np.diff(values, prepend=np.nan))
+            made[group] = values[starts].tolist(), [*starts.tolist(), int(high - low)], elements[low:high].tolist()
+        return made
+
     @staticmethod
     def concatenate(parts):
         offsets = [parts[0].offsets]
@@ -56,6 +70,11 @@ class MeshData:
     weights: Rows | None = None  # vertex groups by their number
     keys: list = dataclasses.field(default_factory=list)  # (v, 3) float32 per shape key
     normals: np.ndarray | None = None  # (c, 3) float32: custom normals
+
+    def prepare(self):
+        """Computes what writing needs besides, here and not on Blender's main thread."""
+        if self.weights:
+            self.weights.by_value  # noqa: B018 which stays
 
     def layer(self, name):
         """The values of the layer of that name, None without it."""

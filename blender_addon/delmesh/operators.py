@@ -95,11 +95,20 @@ class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
         self._cautions = Cautions()
         editing = context.mode == "EDIT_MESH"
         meshes = {ob.data: [ob] for ob in context.objects_in_mode_unique_data} if editing else selected_meshes(self, context)
+        steps = self._read(meshes, editing)
+        if not editing:
+            return (yield from steps)
         with out_of_edit_mode(editing):
-            requests = [self._request(mesh, objects, editing) for mesh, objects in meshes.items()]
-        requests = [request for request in requests if request]
-        if editing and not requests:
+            requests = exchange.drained(steps)  # others are to find Blender in the mode that they know
+        if not requests:
             self.report({"ERROR"}, "No faces are selected")
+        return requests
+
+    def _read(self, meshes, editing):
+        requests = []
+        for mesh, objects in meshes.items():
+            request = yield from self._request(mesh, objects, editing)
+            requests += [request] if request else []
         return requests
 
     def _request(self, mesh, objects, editing):
@@ -114,7 +123,7 @@ class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
         for each in objects:
             if cautions.uneven_scale(each):
                 self._cautions.add("scaled unevenly: Delaunay in the object's own space only; apply the scale first", each)
-        data = exchange.read(mesh, ob, self.custom_normals)
+        data = yield from exchange.reading(mesh, ob, self.custom_normals)
         return Request("remesh", data, self.kept(), options, ob, objects=[each.name for each in objects])
 
     def _finish(self, context, requests):
@@ -174,19 +183,21 @@ class OBJECT_OT_delmesh_check(Running, CheckOptions, bpy.types.Operator):
         layout.prop(self, "select")
 
     def _requests(self, context):
-        return [Request("check", exchange.read_surface(mesh), (), {"boundary": self.boundary.lower()}, objects[0])
-                for mesh, objects in selected_meshes(self, context).items()]
+        requests = []
+        for mesh, objects in selected_meshes(self, context).items():
+            data = yield from exchange.reading_surface(mesh)
+            requests.append(Request("check", data, (), {"boundary": self.boundary.lower()}, objects[0]))
+        return requests
 
     def _finish(self, context, requests):
         total = 0
         for request in requests:
             ob, report = request.object(), request.outcome.report
             ob.data.delmesh_check.set(ob.data, report, self.boundary)
-            pairs = report["nld_edges"]
-            overlay.show(ob.data, request.data.positions[pairs])
+            overlay.show(ob.data, report["places"])
             total += report["nld_interior"] + report["nld_boundary"]
             if self.select:
-                exchange.select_edges(ob.data, pairs, report["zero_area_face_list"])
+                exchange.select(ob.data, *report["selected"])
         flat = sum(request.outcome.report["zero_area_faces"] for request in requests)
         what = f"{number(total)} edge{'s are' if total != 1 else ' is'} not Delaunay" if total else "" if flat else "Delaunay"
         if flat:

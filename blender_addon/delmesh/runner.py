@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs of the library: in this thread, or in one of their own while Blender's window stays alive. Meshes are read before and
-written after all of them, on Blender's main thread, so a run that fails or is cancelled leaves nothing behind."""
+"""Runs of the library while Blender's window stays alive. A run is a generator: it reads the meshes piece by piece, waits for a
+thread, and writes. Scripts take all its steps at once, the window a few at every tick; to stop it is to close it. All is written in
+the last step, so that a run that fails or is cancelled leaves nothing behind, and as every element or layer that is added has
+Blender draw all its views anew."""
 import threading
 import time
 
@@ -8,15 +10,16 @@ import bpy
 
 from . import isolation, native, survive
 
-AT_ONCE = 40_000  # triangles: below, a run takes no longer than a look at its progress
 _VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION"}
-_TICK = 0.05  # seconds between two looks at the progress
+_AT_ONCE = 0.1  # seconds: what is over by then does not need the window's ticks
+_TICK = 0.025  # seconds between two ticks
+_SLICE = 0.015  # of steps in each
 _TELL = 0.5  # and between two texts at least: each is a redraw of the window
 
 
 class Request:
     """One run on one mesh. run: a name in survive.RUNS; triangles: that it has to do with, if not those of `data`. Afterwards there
-    is either an outcome or an error, a sentence."""
+    is no data any more, and either an outcome or an error, a sentence."""
 
     def __init__(self, run, data, keep, options, ob, triangles=None, **more):
         self.run, self.data, self.keep, self.options = run, data, keep, options
@@ -36,31 +39,35 @@ class Request:
 
 
 class Job:
-    """Requests, one after the other."""
+    """Requests, one after the other, in a thread. prepare(requests): computes what they need, before the first."""
 
-    def __init__(self, package, requests):
-        self._package, self.requests = package, requests
+    def __init__(self, package, requests, prepare=lambda requests: None):
+        self._package, self.requests, self._prepare = package, requests, prepare
         self._token = package.CancelToken()
         self._thread = self._helper = None
         self._sizes = [1 + request.triangles for request in requests]
         self._isolated = native.isolated()
-        self.fraction, self.stage = 0.0, ""
+        self.fraction, self.stage = 0.0, "reading"
         self.cancelled = False
+        self.defect = None  # what ended the thread and should not have
 
-    def run(self, told=lambda: None):
-        """told: called now and then on this thread."""
+    def _run(self):
         done = 0
-        for request, size in zip(self.requests, self._sizes):
-            if self.cancelled:
-                return
+        try:
+            self._prepare(self.requests)
+            for request, size in zip(self.requests, self._sizes):
+                if self.cancelled:
+                    return
 
-            def progress(fraction, stage):
-                self.fraction, self.stage = (done + size * fraction) / sum(self._sizes), stage
-                told()
-                return not self.cancelled
+                def progress(fraction, stage):
+                    self.fraction, self.stage = (done + size * fraction) / sum(self._sizes), stage
+                    return not self.cancelled
 
-            self._one(request, progress)
-            done += size
+                self._one(request, progress)
+                request.data = None  # writing needs as much room
+                done += size
+        except Exception as error:
+            self.defect = error
 
     def _one(self, request, progress):
         arguments = (request.run, request.data, request.keep, request.options)
@@ -70,18 +77,22 @@ class Job:
                 request.outcome = self._helper.run(*arguments, progress)
             else:
                 request.outcome = survive.RUNS[request.run](self._package, *arguments[1:], progress, self._token)
+            for data in request.outcome.meshes:
+                data.prepare()
         except self._package.Cancelled:
             self.cancelled = True
         except (self._package.DelmeshError, survive.Refused, isolation.HelperFailed) as error:
             request.error = "" if self.cancelled else str(error)
         except MemoryError:
-            request.error = "there is not enough memory"
+            request.outcome, request.error = None, "there is not enough memory"
 
     def start(self):
-        self._thread = threading.Thread(target=self.run, name="delmesh")
+        self._thread = threading.Thread(target=self._run, name="delmesh")
         self._thread.start()
 
-    def is_done(self):
+    def wait(self, seconds):
+        """At most so long. -> whether nothing runs any more."""
+        self._thread.join(seconds)
         return not self._thread.is_alive()
 
     def cancel(self):
@@ -103,34 +114,32 @@ def end():
 
 
 class Running:
-    """Base of the operators that run the library. They have _requests(context) -> [Request], which may report and return nothing,
-    _finish(context, requests) -> result of the operator, and _over(), called after requests were made, whatever became of them."""
+    """Base of the operators that run the library. They have _requests(context) -> [Request], a generator that yields where the
+    window may have a look in between, and may report and return nothing; _prepare(requests), called in the thread of the runs;
+    _finish(context, requests) -> result of the operator; and _over(), called in the end, whatever became of the run."""
 
-    _job = _timer = _text = None
+    _job = _steps = _timer = _text = None
     _told_at = 0.0
 
     def execute(self, context):
-        job = self._begin(context)
-        if not job:
-            return {"CANCELLED"}
         manager = context.window_manager
         manager.progress_begin(0, 100)
+        self._steps = self._run(context)
         try:
-            return self._end(context, job, lambda: manager.progress_update(100 * job.fraction))
+            while (result := self._advance(_TICK)) is None:
+                manager.progress_update(self._percent())
         finally:
+            self._steps.close()
             manager.progress_end()
+        return result
 
     def invoke(self, context, _event):
         if bpy.app.background or not context.window:
             return self.execute(context)
-        job = self._begin(context)
-        if not job:
-            return {"CANCELLED"}
-        if sum(request.triangles for request in job.requests) < AT_ONCE:
-            return self._end(context, job, lambda: None)
-        global _running
-        _running = self._job = job
-        job.start()
+        self._steps = self._run(context)
+        result = self._advance(_AT_ONCE)
+        if result:
+            return result
         manager = context.window_manager
         manager.progress_begin(0, 100)
         self._timer = manager.event_timer_add(_TICK, window=context.window)
@@ -143,70 +152,100 @@ class Running:
             self.report({"INFO"}, "Cancelled; nothing was changed")
             return {"CANCELLED"}
         if event.type == "TIMER":
-            if self._job.is_done():
-                self._stop(context)
-                return self._end(context, self._job)
+            result = {"CANCELLED"}  # should it raise
+            try:
+                result = self._advance(_SLICE, wait=False)
+            finally:
+                if result:
+                    self._stop(context)
+            if result:
+                return result
             self._show(context)
         # Nothing may change the meshes meanwhile; looking at them is free.
         return {"PASS_THROUGH"} if event.type in _VIEW | {"TIMER"} else {"RUNNING_MODAL"}
 
-    def _over(self):
-        pass
-
     def cancel(self, context):
         """Also called by Blender, when a window closes or a file is opened."""
-        self._job.cancel()
+        self._steps.close()
         self._stop(context)
-        self._over()
+
+    def _advance(self, seconds, wait=True):
+        """Takes steps for so long, at least one. wait: for the thread too. -> what the run returns, None if it is not over."""
+        until = time.perf_counter() + seconds
+        while True:
+            try:
+                waits = next(self._steps)
+            except StopIteration as over:
+                return over.value
+            left = until - time.perf_counter()
+            if left <= 0 or waits and not wait:
+                return None
+            if waits:
+                self._job.wait(left)
+
+    def _percent(self):
+        return int(100 * self._job.fraction) if self._job else 0
 
     def _show(self, context):
-        now, percent = time.perf_counter(), int(100 * self._job.fraction)
-        text = f"{self.bl_label}: {self._job.stage} {percent} %  |  Esc: Cancel"
+        now, percent = time.perf_counter(), self._percent()
+        text = f"{self.bl_label}: {self._job.stage if self._job else 'reading'} {percent} %  |  Esc: Cancel"
         if text != self._text and now - self._told_at > _TELL:
             self._text, self._told_at = text, now
             context.workspace.status_text_set(text)
             context.window_manager.progress_update(percent)
 
     def _stop(self, context):
-        global _running
-        _running = None
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         if context.workspace:
             context.workspace.status_text_set(None)
 
-    def _begin(self, context):
+    def _prepare(self, requests):
+        pass
+
+    def _over(self):
+        pass
+
+    def _run(self, context):
+        """The generator. Yields whether there is nothing to do but to wait for the job; returns the operator's result."""
+        self._job = None
         try:
             package = native.load()
-        except native.Unavailable as reason:
-            self.report({"ERROR"}, str(reason))
-            return None
-        requests = []
-        try:
-            requests = self._requests(context)
-        finally:
+            requests = yield from self._requests(context)
             if not requests:
-                self._over()
-        return Job(package, requests) if requests else None
-
-    def _end(self, context, job, told=None):
-        """told: the job is still to be run, in this thread; called now and then meanwhile."""
-        try:
-            if told:
-                job.run(told)
-            return self._conclude(context, job)
+                return {"CANCELLED"}
+            self._job = Job(package, requests, self._prepare)
+            yield from self._wait()
+            if self._job.cancelled:
+                return {"CANCELLED"}
+            return self._conclude(context, requests)
+        except (native.Unavailable, survive.Refused) as reason:
+            self.report({"ERROR"}, str(reason))
+            return {"CANCELLED"}
         finally:
             self._over()
 
-    def _conclude(self, context, job):
+    def _wait(self):
+        global _running
+        _running = self._job
+        self._job.start()
+        try:
+            while not self._job.wait(0):
+                yield True
+        finally:
+            if not self._job.wait(0):
+                self._job.cancel()
+            _running = None
+        if self._job.defect:
+            raise self._job.defect
+
+    def _conclude(self, context, requests):
         """Writes what there is, says what failed."""
-        if job.cancelled:
-            return {"CANCELLED"}
-        for request in job.requests:
+        for request in requests:
             if request.outcome and not request.object():
                 request.outcome, request.error = None, "it was changed during the run"
-        good = [request for request in job.requests if request.outcome]
-        failed = [f"{request.name}: {request.error}" for request in job.requests if not request.outcome]
+        good = [request for request in requests if request.outcome]
+        failed = [f"{request.name}: {request.error}" for request in requests if not request.outcome]
         if not good:
             self.report({"ERROR"}, failed[0] if len(failed) == 1 else f"{failed[0]} ({len(failed)} objects failed)")
             return {"CANCELLED"}

@@ -334,14 +334,28 @@ def _of_surface(surface, options, keep):
 
 
 def check(delmesh, data, keep, options, progress, cancel):
-    """options: those of delmesh.certify. The report also has nld_edges and zero_area_faces as numbers of the data's own."""
+    """options: those of delmesh.certify. The report also has the places of the ends of edges that are not Delaunay, (n, 2, 3), and
+    what is to be selected in Blender: bool per vertex, edge, and face."""
     source = _import(delmesh, data, (), progress=_told(progress, 0, 0.3), cancel=cancel)
     certificate = delmesh.certify(source, listed=True, progress=_told(progress, 0.3, 0.7), cancel=cancel, **options)
     quality = delmesh.measure(source, progress=_told(progress, 0.7, 1), cancel=cancel)
     report = _plain(quality) | _plain(certificate) | _repairs(source)
-    report["nld_edges"] = source.vert_source[certificate.nld_edges]  # cut places have more vertices than the mesh
-    report["zero_area_face_list"] = source.face_source[certificate.zero_area_face_list]
+    pairs = source.vert_source[certificate.nld_edges]  # cut places have more vertices than the mesh
+    report["places"] = data.positions[pairs]
+    report["selected"] = _selection(data, pairs, source.face_source[certificate.zero_area_face_list])
     return Outcome([], report)
+
+
+def _selection(data, pairs, chosen):
+    """Edges by their two vertices (n, 2), diagonals of polygons as well as they can be, and faces by their numbers."""
+    verts, faces = np.zeros(len(data.positions), bool), np.zeros(len(data.face_offsets) - 1, bool)
+    verts[pairs] = True
+    faces[chosen] = True
+    edges = np.isin(np.sort(data.edges, axis=1).astype(np.int64) @ (len(verts), 1),
+                    np.sort(pairs, axis=1).astype(np.int64) @ (len(verts), 1))
+    edges[data.corner_edges[data.corners_of(faces)]] = True
+    verts[data.edges[edges]] = True
+    return verts, edges, faces
 
 
 def _repairs(source):

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs in a thread and in the helper process: the same results, cancelling, crashes."""
+"""Runs in steps, in a thread and in the helper process: the same results, cancelling, crashes."""
 import os
 import signal
 import threading
 import time
+import types
 import unittest
+from unittest import mock
 
 import bpy
 import numpy as np
 import support
-from support import Case, fingerprint, folded_sheet, monkey, part, remesh
+from support import Case, fingerprint, folded_sheet, monkey, part, remesh, select
 
 LONG = 900  # columns and rows: enough that a run takes a second and more
 
@@ -71,11 +73,11 @@ class Runs(Case):
                     threads = threading.active_count()
                     job.start()
                     time.sleep(wait)
-                    self.assertFalse(job.is_done())
+                    self.assertFalse(job.wait(0))
                     began = time.perf_counter()
                     job.cancel()
                     took = time.perf_counter() - began
-                    self.assertTrue(job.is_done())
+                    self.assertTrue(job.wait(0))
                     self.assertTrue(job.cancelled)
                     self.assertIsNone(job.requests[0].outcome)
                     self.assertLess(took, 2)  # below 0.2 where the machine is not shared
@@ -86,7 +88,9 @@ class Runs(Case):
             preferences().isolate = isolate
             seen = []
             job = self.job(self.bumpy(), mode="flip")
-            job.run(lambda: seen.append((job.fraction, job.stage)))
+            job.start()
+            while not job.wait(0.002):
+                seen.append((job.fraction, job.stage))
             self.assertIsNotNone(job.requests[0].outcome)
             fractions = [fraction for fraction, _ in seen]
             self.assertEqual(fractions, sorted(fractions))
@@ -120,7 +124,8 @@ class Runs(Case):
             helper = isolation.helper(part("native").load())
             job = self.job(big)
             threading.Timer(0.4, os.kill, (helper.pid, sent)).start()
-            job.run()
+            job.start()
+            job.wait(None)
             self.assertRegex(job.requests[0].error, f"crashed .signal {int(sent)}. in its own process")
             self.assertTrue(helper.has_ended())
         self.assertNotEqual(fingerprint(small.data), before)
@@ -173,3 +178,306 @@ class Runs(Case):
         isolation.close()
         self.assertFalse(os.path.exists(helper._folder))
         self.assertTrue(helper.has_ended())
+
+
+def everything():
+    """What there is, and the meshes."""
+    return ({mesh.name: fingerprint(mesh) for mesh in bpy.data.meshes},
+            *(sorted(each.name for each in data) for data in (bpy.data.objects, bpy.data.collections, bpy.context.scene.objects)))
+
+
+class Reading(Case):
+    """Piece by piece, as between the ticks of a window."""
+
+    def setUp(self):
+        super().setUp()
+        self.exchange = part("exchange")
+
+    def model(self):
+        ob = monkey()
+        mesh = ob.data
+        ob.vertex_groups.new(name="all").add(range(len(mesh.vertices)), 0.25, "REPLACE")
+        ob.vertex_groups.new(name="some").add(range(0, len(mesh.vertices), 3), 0.5, "REPLACE")
+        for number, element in enumerate(mesh.attributes.new("name", "STRING", "POINT").data):
+            element.value = f"{number % 5}" if isinstance(element.value, str) else b"%d" % (number % 5)
+        mesh.attributes.new("paint", "BYTE_COLOR", "CORNER").data.foreach_set(
+            "color", np.linspace(0, 1, 4 * len(mesh.loops), dtype=np.float32))
+        for name in ("Basis", "Key"):
+            ob.shape_key_add(name=name)
+        return ob
+
+    def test_small_pieces_are_the_whole(self):
+        ob = self.model()
+        whole = self.exchange.read(ob.data, ob)
+        before = fingerprint(ob.data)
+        with mock.patch.multiple(self.exchange, _ELEMENTS=50, _BYTES=1000):
+            steps = self.exchange.reading(ob.data, ob)
+            count = 0
+            while True:
+                try:
+                    next(steps)
+                except StopIteration as over:
+                    pieces = over.value
+                    break
+                count += 1
+        self.assertGreater(count, 100)
+        self.assertEqual(fingerprint(ob.data), before)
+        for name in ("positions", "edges", "corner_verts", "corner_edges", "face_offsets", "keys"):
+            np.testing.assert_array_equal(getattr(pieces, name), getattr(whole, name), name)
+        for name in ("offsets", "indices", "values"):
+            np.testing.assert_array_equal(getattr(pieces.weights, name), getattr(whole.weights, name), name)
+        self.assertEqual(whole.weights.offsets[-1], len(whole.positions) + -(-len(whole.positions) // 3))
+        self.assertEqual([(a.name, a.kind, a.domain, a.texts) for a in pieces.layers],
+                         [(a.name, a.kind, a.domain, a.texts) for a in whole.layers])
+        self.assertIn("STRING", [layer.kind for layer in whole.layers])
+        for a, b in zip(pieces.layers, whole.layers):
+            np.testing.assert_array_equal(a.values, b.values, a.name)
+
+    def test_what_changes_meanwhile_is_refused(self):
+        for what, change in (("vertices", lambda mesh: mesh.vertices.add(1)),
+                             ("maps", lambda mesh: mesh.uv_layers.remove(mesh.uv_layers[0])),
+                             ("attributes", lambda mesh: mesh.attributes.new("new", "FLOAT", "POINT")),
+                             ("all", lambda mesh: mesh.clear_geometry()),
+                             ("the mesh", bpy.data.meshes.remove)):
+            for taken in (0, 1, 7):
+                with self.subTest(what, taken=taken):
+                    ob = monkey()
+                    steps = self.exchange.reading(ob.data, ob)
+                    for _ in range(1 + taken):
+                        next(steps)
+                    change(ob.data)
+                    with self.assertRaisesRegex(part("survive").Refused, "changed while it was read"):
+                        self.exchange.drained(steps)
+
+
+class Stopping(Case):
+    """Operators are closed after any number of steps, as Esc, a closed window or another file do."""
+
+    def setUp(self):
+        super().setUp()
+        preferences().isolate = False
+
+    def tearDown(self):
+        preferences().isolate = True
+
+    def after(self, count, call):
+        """-> what the call returns whose run is closed after so many steps, or is over before; and how often _over was called."""
+        runner = part("runner")
+        overs = []
+
+        def execute(operator, context):
+            operator._steps = operator._run(context)
+            try:
+                for _ in range(count):
+                    if next(operator._steps):
+                        operator._job.wait(None if count % 2 else 0)  # even: stopped in the midst of it
+            except StopIteration as over:
+                return over.value
+            operator._steps.close()
+            return {"CANCELLED"}
+
+        def over(cls):
+            there = cls._over
+            return mock.patch.object(cls, "_over", lambda operator: (there(operator), overs.append(1)))
+
+        with mock.patch.object(runner.Running, "execute", execute), over(part("lods").OBJECT_OT_delmesh_lod), \
+                over(runner.Running):
+            return call(), len(overs)
+
+    def check_operator(self, call, makes):
+        threads = threading.active_count()
+        for count in (1, 2, 13, 55, 100, 10_001):
+            with self.subTest(count):
+                before = everything()
+                result, overs = self.after(count, call)
+                self.assertEqual(overs, 1)
+                self.assertEqual(threading.active_count(), threads)
+                if result == {"FINISHED"}:
+                    return makes(before)
+                self.assertEqual(everything(), before)
+        self.fail("it never ends")
+
+    def changed(self, before):
+        self.assertNotEqual(everything()[0], before[0])
+
+    def test_remesh(self):
+        for as_copy, isolate in ((False, False), (False, True), (True, False)):
+            self.setUp()
+            preferences().isolate = isolate
+            objects = monkey(), folded_sheet()
+            with mock.patch.multiple(part("exchange"), _BYTES=4000):
+                self.check_operator(lambda: remesh(*objects, mode="FLIP", as_copy=as_copy), self.changed)
+
+    def test_lod(self):
+        ob = monkey()
+        ob.modifiers.new("sub", "SUBSURF").levels = 1
+        for source in ("BASE", "EVALUATED", "CAGE"):
+            def call():
+                select(ob)
+                return bpy.ops.object.delmesh_lod("EXEC_DEFAULT", True, by="RATIO", ratios="0.5,0.2", source=source, replace=True,
+                                                  lod0="ORIGINAL", boundary="IGNORE", prepare="FLIP", cage_level=1)
+            with mock.patch.multiple(part("exchange"), _BYTES=20_000):
+                self.check_operator(call, self.changed)
+            part("lods").remove_levels(ob.name)
+
+    def test_check(self):
+        ob = monkey()
+
+        def call():
+            select(ob)
+            return bpy.ops.object.delmesh_check("EXEC_DEFAULT", True, select=False)
+
+        self.check_operator(call, lambda before: self.assertEqual(ob.data.delmesh_check.vertices, len(ob.data.vertices)))
+
+    def test_the_last_step_is_the_only_one_that_writes(self):
+        ob = monkey()
+        runner, seen = part("runner"), []
+
+        def execute(operator, context):
+            steps = operator._run(context)
+            while True:
+                seen.append(everything())
+                try:
+                    next(steps)
+                except StopIteration as over:
+                    return over.value
+
+        with mock.patch.object(runner.Running, "execute", execute):
+            self.assertEqual(remesh(ob, mode="FLIP"), {"FINISHED"})
+        self.assertTrue(all(each == seen[0] for each in seen))
+        self.assertNotEqual(everything(), seen[0])
+
+
+class Modal(Case):
+    """What a window does, with an operator of our own."""
+
+    def tearDown(self):
+        preferences().isolate = True
+
+    def operator(self, run, error=None, finish=lambda: {"FINISHED"}):
+        """It reads in five steps. run(progress): in the place of the library's."""
+        runner, survive = part("runner"), part("survive")
+        ob = folded_sheet()
+
+        class Operator(runner.Running):
+            bl_label = "Test"
+            said, overs, read = (), 0, 0
+
+            def report(self, _kind, text):
+                self.said = (*self.said, text)
+
+            def _requests(self, _context):
+                for _ in range(5):
+                    self.read += 1
+                    yield
+                if error:
+                    raise survive.Refused(error)
+                data = yield from part("exchange").reading(ob.data, ob)
+                return [runner.Request("test", data, (), {}, ob)]
+
+            def _finish(self, _context, _requests):
+                return finish()
+
+            def _over(self):
+                self.overs += 1
+
+        preferences().isolate = False
+        runs = mock.patch.dict(survive.RUNS, test=lambda delmesh, data, keep, options, progress, cancel: run(progress, delmesh))
+        runs.start()
+        self.addCleanup(runs.stop)
+        self.calls = mock.Mock()
+        self.context = types.SimpleNamespace(window_manager=self.calls, workspace=self.calls, window=self.calls)
+        return Operator()
+
+    def send(self, operator, kind, value="NOTHING"):
+        return operator.modal(self.context, types.SimpleNamespace(type=kind, value=value))
+
+    def begin(self, operator):
+        operator._steps, operator._timer = operator._run(self.context), "timer"
+
+    def to_the_end(self, operator):
+        while (result := self.send(operator, "TIMER")) == {"PASS_THROUGH"}:
+            time.sleep(0.001)
+        return result
+
+    def check_over(self, operator):
+        self.assertEqual(operator.overs, 1)
+        self.calls.event_timer_remove.assert_called_once_with("timer")
+        self.calls.status_text_set.assert_called_with(None)
+        self.assertIsNone(part("runner")._running)
+        self.assertFalse(any(thread.name == "delmesh" for thread in threading.enumerate()))
+
+    @staticmethod
+    def outcome(_progress=None, _delmesh=None):
+        return part("survive").Outcome([], {})
+
+    @staticmethod
+    def for_ever(progress, delmesh):
+        while progress(0.5, "at it"):
+            time.sleep(0.001)
+        raise delmesh.Cancelled()
+
+    def test_to_the_end(self):
+        operator = self.operator(self.outcome)
+        self.begin(operator)
+        self.assertEqual(self.to_the_end(operator), {"FINISHED"})
+        self.check_over(operator)
+
+    def test_blocking(self):
+        operator = self.operator(self.outcome)
+        self.assertEqual(operator.execute(self.context), {"FINISHED"})
+        self.assertEqual(operator.overs, 1)
+
+    def test_events_that_could_change_meshes_are_kept_back(self):
+        operator = self.operator(self.for_ever)
+        self.begin(operator)
+        self.send(operator, "TIMER")
+        for kind, result in (("G", "RUNNING_MODAL"), ("LEFTMOUSE", "RUNNING_MODAL"), ("WHEELUPMOUSE", "PASS_THROUGH")):
+            self.assertEqual(self.send(operator, kind, "PRESS"), {result})
+        operator.cancel(self.context)  # as Blender does when the window closes
+        self.check_over(operator)
+
+    def test_esc_at_any_time(self):
+        for ready in (lambda operator: operator.read == 0, lambda operator: operator.read == 3,
+                      lambda operator: operator._job and operator._job.stage == "at it"):
+            operator = self.operator(self.for_ever)
+            self.begin(operator)
+            with mock.patch.object(part("runner"), "_SLICE", 1e-9):  # one step for each tick
+                while not ready(operator):
+                    self.send(operator, "TIMER")
+            self.assertEqual(self.send(operator, "ESC", "PRESS"), {"CANCELLED"})
+            self.assertEqual(operator.said, ("Cancelled; nothing was changed",))
+            self.assertEqual(operator.overs, 1 if operator.read else 0)  # what has not begun need not end
+            operator.overs = 1
+            self.check_over(operator)
+
+    def test_what_is_refused_and_what_fails(self):
+        def fails(_progress, delmesh):
+            raise delmesh.DelmeshError("no")
+
+        for options, said in (({"run": self.outcome, "error": "not this"}, "not this"), ({"run": fails}, "sheet.001: no")):
+            operator = self.operator(**options)
+            self.begin(operator)
+            self.assertEqual(self.to_the_end(operator), {"CANCELLED"})
+            self.assertEqual(operator.said, (said,))
+            self.check_over(operator)
+
+    def test_defects_are_told_and_leave_no_timer(self):
+        def defect(*_):
+            raise ZeroDivisionError("a defect")
+
+        for options in ({"run": defect}, {"run": self.outcome, "finish": defect}):
+            operator = self.operator(**options)
+            self.begin(operator)
+            with self.assertRaisesRegex(ZeroDivisionError, "a defect"):
+                self.to_the_end(operator)
+            self.check_over(operator)
+
+    def test_the_add_on_goes_meanwhile(self):
+        operator = self.operator(self.for_ever)
+        self.begin(operator)
+        while not operator._job:
+            self.send(operator, "TIMER")
+        part("runner").end()
+        self.assertEqual(self.to_the_end(operator), {"CANCELLED"})
+        self.check_over(operator)
