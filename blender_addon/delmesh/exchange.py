@@ -93,7 +93,7 @@ def read(mesh, ob, normals=True):
 
 def reading(mesh, ob, normals=True):
     """-> MeshData. ob: an object of the mesh; vertex groups are only reached through it. normals: whether custom normals are read
-    (they take long). Refuses a mesh that changes between the steps."""
+    (they take long). Refuses a mesh whose elements or layers become others between the steps; other values go unnoticed."""
     return _while_unchanged(mesh, _read(mesh, ob, normals))
 
 
@@ -118,8 +118,8 @@ def _while_unchanged(mesh, steps):
 
 
 def _shape(mesh):
-    return (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons), mesh.attributes.keys(), mesh.uv_layers.keys(),
-            mesh.shape_keys and mesh.shape_keys.key_blocks.keys())
+    return (mesh.is_editmode, len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons), mesh.attributes.keys(),
+            mesh.uv_layers.keys(), mesh.shape_keys and mesh.shape_keys.key_blocks.keys())
 
 
 def _read_surface(mesh):

@@ -192,8 +192,11 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
         return level
 
     def _over(self):
-        while self._temporary:
-            bpy.data.meshes.remove(bpy.data.meshes[self._temporary.pop()])
+        for name in self._temporary:
+            mesh = bpy.data.meshes.get(name)
+            if mesh:  # others may have removed it meanwhile
+                bpy.data.meshes.remove(mesh)
+        self._temporary = ()
 
 
 def evaluated(context, ob, without=()):

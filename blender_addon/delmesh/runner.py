@@ -14,6 +14,7 @@ _VIEW = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPAD
 _AT_ONCE = 0.1  # seconds: what is over by then does not need the window's ticks
 _TICK = 0.025  # seconds between two ticks
 _SLICE = 0.015  # of steps in each
+_NO_MEMORY = "there is not enough memory"
 _TELL = 0.5  # and between two texts at least: each is a redraw of the window
 
 
@@ -47,14 +48,19 @@ class Job:
         self._thread = self._helper = None
         self._sizes = [1 + request.triangles for request in requests]
         self._isolated = native.isolated()
-        self.fraction, self.stage = 0.0, "reading"
+        self.fraction, self.stage = 0.0, "preparing"
         self.cancelled = False
         self.defect = None  # what ended the thread and should not have
 
     def _run(self):
         done = 0
         try:
-            self._prepare(self.requests)
+            try:
+                self._prepare(self.requests)
+            except MemoryError:
+                for request in self.requests:
+                    request.data, request.error = None, _NO_MEMORY
+                return
             for request, size in zip(self.requests, self._sizes):
                 if self.cancelled:
                     return
@@ -78,17 +84,20 @@ class Job:
             else:
                 request.outcome = survive.RUNS[request.run](self._package, *arguments[1:], progress, self._token)
             for data in request.outcome.meshes:
+                if self.cancelled:
+                    return
                 data.prepare()
         except self._package.Cancelled:
             self.cancelled = True
         except (self._package.DelmeshError, survive.Refused, isolation.HelperFailed) as error:
             request.error = "" if self.cancelled else str(error)
         except MemoryError:
-            request.outcome, request.error = None, "there is not enough memory"
+            request.outcome, request.error = None, _NO_MEMORY
 
     def start(self):
-        self._thread = threading.Thread(target=self._run, name="delmesh")
-        self._thread.start()
+        thread = threading.Thread(target=self._run, name="delmesh")
+        thread.start()
+        self._thread = thread
 
     def wait(self, seconds):
         """At most so long. -> whether nothing runs any more."""
@@ -115,8 +124,9 @@ def end():
 
 class Running:
     """Base of the operators that run the library. They have _requests(context) -> [Request], a generator that yields where the
-    window may have a look in between, and may report and return nothing; _prepare(requests), called in the thread of the runs;
-    _finish(context, requests) -> result of the operator; and _over(), called in the end, whatever became of the run."""
+    window may have a look in between, and may report and return nothing; _prepare(requests), called in the thread of the runs, where
+    neither bpy nor the operator's properties may be used; _finish(context, requests) -> result of the operator; and _over(), called
+    in the end, whatever became of the run."""
 
     _job = _steps = _timer = _text = None
     _told_at = 0.0
@@ -166,8 +176,10 @@ class Running:
 
     def cancel(self, context):
         """Also called by Blender, when a window closes or a file is opened."""
-        self._steps.close()
-        self._stop(context)
+        try:
+            self._steps.close()
+        finally:
+            self._stop(context)
 
     def _advance(self, seconds, wait=True):
         """Takes steps for so long, at least one. wait: for the thread too. -> what the run returns, None if it is not over."""
@@ -211,7 +223,7 @@ class Running:
         self._job = None
         try:
             package = native.load()
-            requests = yield from self._requests(context)
+            requests = yield from self._reading(context)
             if not requests:
                 return {"CANCELLED"}
             self._job = Job(package, requests, self._prepare)
@@ -225,10 +237,18 @@ class Running:
         finally:
             self._over()
 
+    def _reading(self, context):
+        try:
+            return (yield from self._requests(context))
+        except ReferenceError:
+            raise survive.Refused("An object was removed while it was read") from None
+        except MemoryError:
+            raise survive.Refused("There is not enough memory") from None
+
     def _wait(self):
         global _running
-        _running = self._job
         self._job.start()
+        _running = self._job
         try:
             while not self._job.wait(0):
                 yield True

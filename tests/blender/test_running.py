@@ -329,6 +329,58 @@ class Stopping(Case):
 
         self.check_operator(call, lambda before: self.assertEqual(ob.data.delmesh_check.vertices, len(ob.data.vertices)))
 
+    def refused(self, call, steps, change, sentence):
+        """After so many steps others do `change`."""
+        def execute(operator, context):
+            operator._steps = operator._run(context)
+            try:
+                for _ in range(steps):
+                    next(operator._steps)
+                change()
+                while True:
+                    if next(operator._steps):
+                        operator._job.wait(None)
+            except StopIteration as over:
+                return over.value
+
+        with mock.patch.object(part("runner").Running, "execute", execute), mock.patch.multiple(part("exchange"), _BYTES=4000), \
+                self.assertRaisesRegex(RuntimeError, sentence):
+            call()
+
+    def test_objects_that_others_remove_meanwhile(self):
+        for steps in (1, 8, 30):
+            for which in range(2):
+                with self.subTest(steps, which=which):
+                    self.setUp()
+                    objects = monkey(), folded_sheet()
+
+                    def change():
+                        mesh = objects[which].data
+                        bpy.data.objects.remove(objects[which])
+                        bpy.data.meshes.remove(mesh)
+
+                    self.refused(lambda: remesh(*objects, mode="FLIP"), steps, change, "(changed|removed) while it was read")
+        for removed in (True, False):  # an object whose mesh has other users; a mesh that was made for the run
+            self.setUp()
+            ob = monkey()
+            ob.vertex_groups.new(name="all").add([0], 1, "REPLACE")
+            other = ob.copy()
+            before, mesh = {each.name for each in bpy.data.meshes}, fingerprint(other.data)
+
+            def change():
+                if removed:
+                    return bpy.data.objects.remove(ob)
+                made, = (each for each in bpy.data.meshes if each.name not in before)
+                bpy.data.meshes.remove(made)
+
+            def call():
+                select(ob)
+                return bpy.ops.object.delmesh_lod("EXEC_DEFAULT", True, ratios="0.5", source="EVALUATED")
+
+            self.refused(call, 8, change, "(changed|removed) while it was read")
+            self.assertEqual({each.name for each in bpy.data.meshes}, before)
+            self.assertEqual(fingerprint(other.data), mesh)
+
     def test_the_last_step_is_the_only_one_that_writes(self):
         ob = monkey()
         runner, seen = part("runner"), []
