@@ -27,16 +27,16 @@ Status certify_mesh(Context& context, const Mesh& mesh, bool boundary_rule, Cert
 Status certify_unfrozen(Context& context, const Mesh& mesh, bool boundary_rule, Certificate& out, int64_t& outside) {
     outside = 0;
     constexpr int64_t kGrain = 1 << 17;
-    const int64_t corners_with_bits = mesh.corner_bits.size();
-    Array<EdgeBits> bits_of(context.memory(), (corners_with_bits + kGrain - 1) / kGrain);
-    DM_TRY(context.parallel(corners_with_bits, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
+    const int64_t with_bits = mesh.corner_bits.size(); // 0: no corner has any
+    Array<EdgeBits> of_blocks(context.memory(), (with_bits + kGrain - 1) / kGrain);
+    DM_TRY(context.parallel(with_bits, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
         EdgeBits all = 0;
         for (int64_t c = begin; c < end; ++c) all |= mesh.corner_bits[c]; // many at a time
-        bits_of[block] = all;
+        of_blocks[block] = all;
     }));
-    EdgeBits bits_of_all = 0;
-    for (const EdgeBits bits : bits_of) bits_of_all |= bits;
-    if ((bits_of_all & kEdgeFrozen) == 0) return certify_mesh(context, mesh, boundary_rule, out, nullptr, nullptr);
+    EdgeBits of_all = 0;
+    for (const EdgeBits bits : of_blocks) of_all |= bits;
+    if ((of_all & kEdgeFrozen) == 0) return certify_mesh(context, mesh, boundary_rule, out, nullptr, nullptr);
     Array<int32_t> corners(context.memory()), faces(context.memory());
     Certificate all;
     DM_TRY(certify_mesh(context, mesh, boundary_rule, all, &corners, &faces));

@@ -94,7 +94,7 @@ public:
         DM_TRY(find_owners());
         DM_TRY(hand_out());
         const int64_t steps = std::max<int64_t>(kStepsPerSlice / count, 64);
-        for (int refills = 0; refills <= kMostRefills;) {
+        for (int refills = 0; refills <= kMostRefills;) { // what the last one brings is for trials
             DM_TRY(for_each([steps](Loop& part) { return part.steps_left = steps, part.drain(); }, 0));
             bool waits = false; // with something to do and room to do it
             for (int32_t i = 0; i < count; ++i) {
@@ -265,7 +265,10 @@ private:
     void supply() {
         int64_t wanted = 0;
         int32_t moves = 0;
-        for (int32_t i = 0; i < count; ++i) wanted += parts[i].more, moves += parts[i].more_moves;
+        for (int32_t i = 0; i < count; ++i) {
+            wanted += parts[i].more;
+            moves += parts[i].more_moves; // far from 2^31: kMostRefills
+        }
         const int64_t limit = std::max<int64_t>(0, whole.rules.max_vertices - whole.s.vertices_in_use());
         int32_t all = 0;
         for (int32_t i = 0; i < count; ++i) {
@@ -356,14 +359,14 @@ private:
         return DELMESH_OK;
     }
 
-    // Supplies parts that stopped for want of room, of what they lack, by half of what they had: all arrays of the surface are copied
-    // each time. False if there is none, or the limit of vertices forbids it.
+    // Supplies parts that stopped for want of room with what they lack, by half of what they used: all arrays of the surface are
+    // copied each time. False if there is none, or the limit of vertices forbids it.
     bool refill() {
         bool wanted = false;
         for (int32_t i = 0; i < count; ++i) {
             Loop& loop = parts[i].loop;
             if (loop.ready.empty() && loop.blocked.empty()) continue;
-            const auto half = [](int64_t had) { return static_cast<int32_t>(std::min<int64_t>(had / 2 + 256, 1 << 24)); };
+            const auto half = [](int64_t used) { return static_cast<int32_t>(std::min<int64_t>(used / 2 + 256, 1 << 24)); };
             if (!parts[i].surface.has_room()) parts[i].more = half(loop.report.splits);
             if (!parts[i].patches.has_room()) parts[i].more_moves = half(parts[i].moves);
             wanted = true;

@@ -59,7 +59,8 @@ void ThreadPool::take_tasks(bool caller) {
 }
 
 // A thread that sleeps takes some tens of microseconds to wake up, as long as a short run takes. The next run is often near: who
-// waits stays awake for about half a millisecond, longer than the serial parts between most runs, but lets others have the core.
+// waits stays awake for about half a millisecond (more where others take the core, which it offers each time): longer than the
+// serial parts between most runs.
 template <class Done>
 void ThreadPool::stay_awake(Done&& done) {
     constexpr int kTurns = 2048; // of some tenths of a microsecond
