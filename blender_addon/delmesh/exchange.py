@@ -93,7 +93,8 @@ def read(mesh, ob, normals=True):
 
 def reading(mesh, ob, normals=True):
     """-> MeshData. ob: an object of the mesh; vertex groups are only reached through it. normals: whether custom normals are read
-    (they take long). Refuses a mesh whose elements or layers become others between the steps; other values go unnoticed."""
+    (they take long). Refuses a mesh whose elements or layers become others between the steps; other values go unnoticed, and
+    one that is removed is a ReferenceError, as everywhere."""
     return _while_unchanged(mesh, _read(mesh, ob, normals))
 
 
@@ -103,17 +104,13 @@ def reading_surface(mesh):
 
 
 def _while_unchanged(mesh, steps):
-    before, changed = _shape(mesh), False
-    while not changed:
+    before = _shape(mesh)
+    while _shape(mesh) == before:
         try:
             next(steps)
         except StopIteration as over:
             return over.value
         yield
-        try:
-            changed = _shape(mesh) != before
-        except ReferenceError:
-            changed = True
     raise Refused("A mesh was changed while it was read")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from . import cage, cautions, exchange, survive
 from .operators import Cautions, can_run, repairs, selected_meshes
 from .options import LodOptions, aligned
-from .runner import Request, Running
+from .runner import Request, Running, read_all
 from .text import number
 
 LEVEL, SOURCE = "delmesh_lod", "delmesh_lod_of"  # custom properties of the objects made
@@ -38,11 +38,8 @@ class OBJECT_OT_delmesh_lod(Running, LodOptions, bpy.types.Operator):
     def _requests(self, context):
         self._began = time.perf_counter()
         self._cautions = Cautions()
-        requests = []
-        for mesh, objects in selected_meshes(self, context).items():
-            request = yield from self._request(context, mesh, objects[0])
-            requests.append(request)
-        return requests
+        return (yield from read_all(selected_meshes(self, context),
+                                    lambda mesh, objects: self._request(context, mesh, objects[0])))
 
     def _request(self, context, mesh, ob):
         options, template, triangles = self.lod_options(), mesh, None

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import cautions, exchange, overlay
 from .options import CheckOptions, RemeshOptions, aligned
-from .runner import Request, Running
+from .runner import Request, Running, read_all
 from .text import number
 
 
@@ -95,20 +95,13 @@ class OBJECT_OT_delmesh_remesh(Running, RemeshOptions, bpy.types.Operator):
         self._cautions = Cautions()
         editing = context.mode == "EDIT_MESH"
         meshes = {ob.data: [ob] for ob in context.objects_in_mode_unique_data} if editing else selected_meshes(self, context)
-        steps = self._read(meshes, editing)
+        steps = read_all(meshes, lambda mesh, objects: self._request(mesh, objects, editing))
         if not editing:
             return (yield from steps)
         with out_of_edit_mode(editing):
             requests = exchange.drained(steps)  # others are to find Blender in the mode that they know
         if not requests:
             self.report({"ERROR"}, "No faces are selected")
-        return requests
-
-    def _read(self, meshes, editing):
-        requests = []
-        for mesh, objects in meshes.items():
-            request = yield from self._request(mesh, objects, editing)
-            requests += [request] if request else []
         return requests
 
     def _request(self, mesh, objects, editing):
@@ -183,11 +176,11 @@ class OBJECT_OT_delmesh_check(Running, CheckOptions, bpy.types.Operator):
         layout.prop(self, "select")
 
     def _requests(self, context):
-        requests = []
-        for mesh, objects in selected_meshes(self, context).items():
-            data = yield from exchange.reading_surface(mesh)
-            requests.append(Request("check", data, (), {"boundary": self.boundary.lower()}, objects[0]))
-        return requests
+        return (yield from read_all(selected_meshes(self, context), self._request))
+
+    def _request(self, mesh, objects):
+        data = yield from exchange.reading_surface(mesh)
+        return Request("check", data, (), {"boundary": self.boundary.lower()}, objects[0])
 
     def _finish(self, context, requests):
         total = 0

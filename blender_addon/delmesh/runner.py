@@ -55,12 +55,7 @@ class Job:
     def _run(self):
         done = 0
         try:
-            try:
-                self._prepare(self.requests)
-            except MemoryError:
-                for request in self.requests:
-                    request.data, request.error = None, _NO_MEMORY
-                return
+            self._prepare(self.requests)
             for request, size in zip(self.requests, self._sizes):
                 if self.cancelled:
                     return
@@ -72,6 +67,9 @@ class Job:
                 self._one(request, progress)
                 request.data = None  # writing needs as much room
                 done += size
+        except MemoryError:  # of preparing; _one() has told of its own
+            for request in self.requests:
+                request.data, request.error = None, _NO_MEMORY
         except Exception as error:
             self.defect = error
 
@@ -114,6 +112,15 @@ class Job:
             self._thread.join()
 
 
+def read_all(meshes, read):
+    """meshes: {mesh: objects}; read(mesh, objects): a generator that returns a Request or None. -> the Requests."""
+    requests = []
+    for mesh, objects in meshes.items():
+        request = yield from read(mesh, objects)
+        requests += [request] if request else []
+    return requests
+
+
 _running = None  # the Job that has a thread: to be ended when the add-on goes
 
 
@@ -124,9 +131,9 @@ def end():
 
 class Running:
     """Base of the operators that run the library. They have _requests(context) -> [Request], a generator that yields where the
-    window may have a look in between, and may report and return nothing; _prepare(requests), called in the thread of the runs, where
-    neither bpy nor the operator's properties may be used; _finish(context, requests) -> result of the operator; and _over(), called
-    in the end, whatever became of the run."""
+    window may have a look in between, and may report and return nothing; _prepare(requests), called in the thread of the runs,
+    where neither bpy nor the operator's properties may be used; _finish(context, requests) -> result of the operator; and
+    _over(), called in the end, whatever became of the run."""
 
     _job = _steps = _timer = _text = None
     _told_at = 0.0
@@ -241,7 +248,7 @@ class Running:
         try:
             return (yield from self._requests(context))
         except ReferenceError:
-            raise survive.Refused("An object was removed while it was read") from None
+            raise survive.Refused("An object or its mesh was removed while it was read") from None
         except MemoryError:
             raise survive.Refused("There is not enough memory") from None
 

@@ -2,6 +2,7 @@
 #include "algo/certify.h"
 
 #include "algo/nld_scan.h"
+#include "algo/parallel_slices.h"
 
 namespace dm {
 
@@ -28,7 +29,7 @@ Status certify_unfrozen(Context& context, const Mesh& mesh, bool boundary_rule, 
     outside = 0;
     constexpr int64_t kGrain = 1 << 17;
     const int64_t with_bits = mesh.corner_bits.size(); // 0: no corner has any
-    Array<EdgeBits> of_blocks(context.memory(), (with_bits + kGrain - 1) / kGrain);
+    Array<EdgeBits> of_blocks(context.memory(), block_count(with_bits, kGrain));
     DM_TRY(context.parallel(with_bits, kGrain, [&](int64_t block, int64_t begin, int64_t end) {
         EdgeBits all = 0;
         for (int64_t c = begin; c < end; ++c) all |= mesh.corner_bits[c]; // many at a time

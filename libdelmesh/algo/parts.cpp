@@ -136,9 +136,9 @@ private:
         delmesh_remesh_report report{};
         Loop loop;
         Status status = DELMESH_OK;
-        int32_t more = 0, more_moves = 0; // vertices, and flips that move the surface: to be supplied next
-        int64_t supplied = 0, moves = 0;  // in all
-        int64_t most_own = 0;             // entries of loop.own and loop.centres
+        int32_t more = 0, more_moves = kMoreMoves; // vertices, and flips that move the surface: to be supplied next
+        int64_t supplied = 0, moves = 0;           // in all
+        int64_t most_own = 0;                      // entries of loop.own and loop.centres
     };
 
     void cut_into_cells() {
@@ -227,7 +227,6 @@ private:
             new (&parts[i]) Part(whole, static_cast<uint8_t>(i));
             ++count;
             parts[i].more = edges[i] + edges[i] / 4 + 256;
-            parts[i].more_moves = kMoreMoves;
             Loop& loop = parts[i].loop;
             loop.ready.reserve(edges[i] + kMoreEntries);
             loop.pieces.reserve(4);
